@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef FEWRAY_DENOISE_FEATURES_KPN_H
+#define FEWRAY_DENOISE_FEATURES_KPN_H
+
+/* What the kernel-predicting network sees of a picture. Training uses these functions too, so that
+ * the network never meets features made by other code.
+ *
+ * Irradiance (up to a factor pi) is E = (color - emission) / max(albedo, KPN_ALBEDO_MIN) per
+ * channel; albedo is 1 and emission 0 where the layer is missing. */
+
+#include <stdbool.h>
+
+#include "denoise/denoise.h"
+
+#define KPN_FEATURES   12
+#define KPN_ALBEDO_MIN 0.01f
+/* Floats of scratch that kpn_feature_row() needs for a row of count pixels. */
+#define KPN_FEATURE_SCRATCH(count) ((size_t)9 * ((size_t)(count) + 2))
+
+/* Numbers of the whole picture, which bring pictures of any exposure and size to one range. */
+struct kpn_scale {
+    float exposure;    /* 1 / median of the irradiance's luminance over 4x4 blocks with light; 0: no
+                          light at all */
+    float log2_depth;  /* log2 of the median depth of the pixels that hit something */
+    bool has_variance; /* false: the layer is missing, or zero everywhere (one sample has no
+                          variance) */
+};
+
+/* Medians from histograms: one outlier moves them by less than a thousandth, and the number of
+ * threads doesn't matter. Fails only without memory. */
+int kpn_measure(const struct fewray_denoise_input *in, int threads, struct kpn_scale *scale,
+                struct fewray_error *error);
+
+/* Pixels x0 <= x < x0 + count of row y; coordinates beyond the picture's right and lower edges take
+ * the nearest pixel. irradiance gets (3, count) planes, features (KPN_FEATURES, count): 0-2
+ * irradiance, exposed and log-compressed   3 relative standard error of its luminance,
+ * log-compressed 4-6 albedo   7-9 normal   10 log2 of depth over the median   11 luminance of
+ * emission, log-compressed */
+void kpn_feature_row(const struct fewray_denoise_input *in, const struct kpn_scale *scale, int y,
+                     int x0, int count, float *scratch, float *irradiance, float *features);
+
+/* out_rgb (count, 3) = filtered * max(albedo, KPN_ALBEDO_MIN) + emission; filtered is (count, 4),
+ * all pixels inside the picture. filtered NULL means zero. */
+void kpn_remodulate_row(const struct fewray_denoise_input *in, int y, int x0, int count,
+                        const float *filtered, float *out_rgb);
+
+#endif

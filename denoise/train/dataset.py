@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Training crops from records: DATA/SCENE--VIEW/ref.npy and DATA/SCENE--VIEW/SPP-*.npy as make_data.py leaves them."""
+import queue
+import threading
+import zlib
+from pathlib import Path
+
+import numpy as np
+import torch
+
+import ops
+
+DROPOUT = {ops.EMISSION: 0.1, ops.VARIANCE: 0.12, ops.ALBEDO: 0.08, ops.NORMAL: 0.08, ops.DEPTH: 0.15}
+ALL_LAYERS = ops.EMISSION | ops.VARIANCE | ops.ALBEDO | ops.NORMAL | ops.DEPTH
+HALVES = np.arange(65536, dtype=np.uint16).view(np.float16).astype(np.float32)
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
+
+
+class View:
+    """One camera position: a reference and its noisy renders, mapped into memory."""
+
+    def __init__(self, path):
+        self.path = path
+        self.noisy = [np.load(f, mmap_mode="r") for f in sorted(path.glob("*.npy")) if f.name != "ref.npy"]
+        self.spp = [int(f.name.split("-")[0]) for f in sorted(path.glob("*.npy")) if f.name != "ref.npy"]
+        self.ref = np.load(path / "ref.npy", mmap_mode="r")
+        self.scales = {}
+        light = floats(self.ref[::2, ::2]) @ LUMINANCE
+        self.gain = 0.18 / max(float(np.exp(np.log(light + 1e-3 * light.mean() + 1e-8).mean())), 1e-8)
+
+    def scale(self, i, layers):
+        key = (i, layers & (ops.ALBEDO | ops.EMISSION))
+        if key not in self.scales:
+            self.scales[key] = ops.measure(raw_layers(floats(self.noisy[i]), layers), layers)
+        return self.scales[key]
+
+
+def floats(halves):
+    """Single precision copy, by a table: several times faster than numpy's conversion."""
+    return HALVES[halves.view(np.uint16)]
+
+
+def raw_layers(record, layers):
+    """(H, W, 16) of a record -> the 16 planes that the C feature code takes."""
+    raw = np.moveaxis(record, 2, 0).copy()
+    raw[0:3] += raw[3:6]
+    raw[6:9] **= 2
+    return raw
+
+
+def views(folder):
+    """Training and validation views; a scene is wholly in one of them."""
+    train, validation = [], []
+    for path in sorted(Path(folder).iterdir()):
+        if not (path / "ref.npy").exists() or len(list(path.glob("*.npy"))) < 2:
+            continue
+        scene = path.name.rsplit("--", 1)[0]
+        (validation if zlib.crc32(scene.encode()) % 12 == 0 else train).append(View(path))
+    if not validation:
+        validation = train[:: max(1, len(train) // 4)]
+    return train, validation
+
+
+def orthogonal(rng):
+    if rng.random() < 0.5:
+        return np.eye(3, dtype=np.float32)[rng.permutation(3)] * rng.choice([-1, 1], 3).astype(np.float32)
+    return np.linalg.qr(rng.normal(size=(3, 3)))[0].astype(np.float32)
+
+
+def fireflies(rng, record):
+    """A few pixels of 10 to 1e5 times their value, each by one lucky sample: standard error about the value itself."""
+    height, width, _ = record.shape
+    for _ in range(rng.integers(1, 12)):
+        y, x = rng.integers(height), rng.integers(width)
+        value = (record[y, x, 0:3] + 0.5 * record[..., 0:3].mean((0, 1))) * 10 ** rng.uniform(1, 5)
+        record[y, x, 0:3] = value
+        record[y, x, 6:9] = value * rng.uniform(0.7, 1.0)
+
+
+def crop(rng, view, size):
+    """One augmented sample: features (12, S, S), irradiance, modulation, emission and reference (S, S, 3)."""
+    i = int(rng.integers(len(view.noisy)))
+    height, width, _ = view.ref.shape
+    y, x = int(rng.integers(max(height - size, 0) + 1)), int(rng.integers(max(width - size, 0) + 1))
+    record = floats(view.noisy[i][y:y + size, x:x + size])
+    ref = floats(view.ref[y:y + size, x:x + size])
+
+    layers = sum(bit for bit, chance in DROPOUT.items() if rng.random() >= chance)
+    exposure, log2_depth = view.scale(i, layers)
+    if rng.random() < 0.5:
+        record, ref = record.transpose(1, 0, 2), ref.transpose(1, 0, 2)
+    if rng.random() < 0.5:
+        record, ref = record[::-1], ref[::-1]
+    if rng.random() < 0.5:
+        record, ref = record[:, ::-1], ref[:, ::-1]
+    colors = rng.permutation(3)
+    order = np.concatenate([colors, 3 + colors, 6 + colors, 9 + colors, np.arange(12, 16)])
+    record, ref = record[..., order].copy(), ref[..., colors].copy()
+    record[..., 12:15] = record[..., 12:15] @ orthogonal(rng)
+    if rng.random() < 0.15:
+        fireflies(rng, record)
+    gain = view.gain * 2 ** rng.normal(0, 1.2)
+    record[..., 0:9] *= gain
+    ref *= gain
+    return prepare(record, ref, layers, exposure / gain * 2 ** rng.normal(0, 0.4), log2_depth + rng.normal(0, 0.5))
+
+
+def prepare(record, ref, layers, exposure, log2_depth):
+    f, e = ops.features(raw_layers(record, layers), layers, exposure, log2_depth)
+    modulation = np.maximum(record[..., 9:12], ops.ALBEDO_MIN) if layers & ops.ALBEDO else np.ones_like(ref)
+    emission = record[..., 3:6] if layers & ops.EMISSION else np.zeros_like(ref)
+    return f, e, modulation.copy(), emission.copy(), ref
+
+
+def whole(view, i, size=None):
+    """A view without augmentation, cut to multiples of 16 (and to size x size in its middle)."""
+    height, width, _ = view.ref.shape
+    h, w = (min(height, size or height) // 16 * 16, min(width, size or width) // 16 * 16)
+    y, x = (height - h) // 2, (width - w) // 2
+    record = floats(view.noisy[i][y:y + h, x:x + w])
+    ref = floats(view.ref[y:y + h, x:x + w])
+    return prepare(record, ref, ALL_LAYERS, *view.scale(i, ALL_LAYERS))
+
+
+def collate(samples):
+    return [torch.from_numpy(np.stack(parts)) for parts in zip(*samples)]
+
+
+class Loader:
+    """Batches made by a background thread."""
+
+    def __init__(self, train, batch, size, seed):
+        self.queue = queue.Queue(4)
+        self.failure = None
+        threading.Thread(target=self.work, args=(train, batch, size, np.random.default_rng(seed)), daemon=True).start()
+
+    def work(self, train, batch, size, rng):
+        try:
+            while True:
+                self.queue.put(collate([crop(rng, train[rng.integers(len(train))], size) for _ in range(batch)]))
+        except Exception as failure:
+            self.failure = failure
+            self.queue.put(None)
+
+    def next(self):
+        batch = self.queue.get()
+        if batch is None:
+            raise self.failure
+        return batch

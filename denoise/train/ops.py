@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What training takes from C (ops_kpn.c): features and kernel application. FEWRAY_KPN_OPS names the shared library."""
+import ctypes
+import os
+from pathlib import Path
+
+import numpy as np
+import torch
+
+RAW_CHANNELS = 16  # color, emission, variance, albedo, normal (3 each), depth
+EMISSION, VARIANCE, ALBEDO, NORMAL, DEPTH = 1, 2, 4, 8, 16
+ALBEDO_MIN = 0.01
+
+
+def load():
+    path = os.environ.get("FEWRAY_KPN_OPS")
+    if not path:
+        path = Path(__file__).resolve().parents[2] / "build" / "libfewray-kpn-ops.so"
+    return ctypes.CDLL(str(path))
+
+
+library = load()
+
+
+def pointer(array):
+    if array is None:
+        return None
+    if isinstance(array, torch.Tensor):
+        return ctypes.c_void_p(array.data_ptr())
+    return ctypes.c_void_p(array.ctypes.data)
+
+
+def features(raw, layers, exposure, log2_depth):
+    """raw (16, H, W) float32 -> features (12, H, W), irradiance (H, W, 3)."""
+    raw = np.ascontiguousarray(raw, np.float32)
+    _, height, width = raw.shape
+    f = np.empty((12, height, width), np.float32)
+    e = np.empty((height, width, 3), np.float32)
+    if library.kpn_train_features(pointer(raw), height, width, layers, ctypes.c_float(exposure),
+                                  ctypes.c_float(log2_depth), pointer(f), pointer(e)):
+        raise MemoryError
+    return f, e
+
+
+def measure(raw, layers):
+    """Exposure and log2 of the depth scale of a whole picture, raw (16, H, W)."""
+    raw = np.ascontiguousarray(raw, np.float32)
+    exposure, depth = ctypes.c_float(), ctypes.c_float()
+    if library.kpn_train_measure(pointer(raw), raw.shape[1], raw.shape[2], layers, ctypes.byref(exposure),
+                                 ctypes.byref(depth)):
+        raise MemoryError
+    return exposure.value, depth.value
+
+
+class ApplyKernels(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx, logits, parity, fine, coarse):
+        logits = logits.contiguous()
+        n, height, width, _ = fine.shape
+        sub = height // logits.shape[1]
+        taps = 34 if coarse is not None else 25
+        ctx.shape = (n, height, width, sub, logits.shape[3], taps)
+        out = torch.empty_like(fine)
+        if library.kpn_apply_forward(*ctx.shape, pointer(logits), pointer(parity), pointer(fine), pointer(coarse),
+                                     pointer(out), torch.get_num_threads()):
+            raise MemoryError
+        ctx.save_for_backward(logits, parity, fine, coarse)
+        return out
+
+    @staticmethod
+    def backward(ctx, grad_out):
+        logits, parity, fine, coarse = ctx.saved_tensors
+        grad_logits = torch.zeros_like(logits)
+        grad_fine = torch.zeros_like(fine) if ctx.needs_input_grad[2] else None
+        grad_coarse = torch.zeros_like(coarse) if coarse is not None else None
+        grad_parity = torch.zeros(fine.shape[0], 4, 9) if parity is not None else None
+        if library.kpn_apply_backward(*ctx.shape, pointer(logits), pointer(parity), pointer(fine), pointer(coarse),
+                                      pointer(grad_out.contiguous()), pointer(grad_logits), pointer(grad_parity),
+                                      pointer(grad_fine), pointer(grad_coarse), torch.get_num_threads()):
+            raise MemoryError
+        return grad_logits, None if parity is None else grad_parity.sum(0), grad_fine, grad_coarse
+
+
+def apply_kernels(logits, parity, fine, coarse):
+    """logits (N, C, h, w), fine (N, H, W, 3) contiguous, coarse (N, H/2, W/2, 3) or None -> (N, H, W, 3)."""
+    return ApplyKernels.apply(logits.permute(0, 2, 3, 1), parity, fine, coarse)

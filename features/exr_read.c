@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* OpenEXR files into frames, through OpenEXRCore (the C API of OpenEXR 3.1 and later). */
+#include "features/features_private.h"
+
+#include <openexr.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The first thing that the library said against the file. */
+struct complaint {
+    char text[256];
+};
+
+/* Where the chunks (blocks of scanlines, or tiles) of the part lie in the frame. */
+struct chunk_grid {
+    exr_const_context_t exr;
+    const struct fewray_frame *frame;
+    float *const *planes; /* one a channel, in the file's order */
+    bool tiled;
+    int min_y;                     /* of the data window */
+    int chunk_width, chunk_height; /* pixels; those at the right and bottom edges may be smaller */
+    int chunk_columns, chunk_rows;
+};
+
+/* Without a handler the library prints to stderr. */
+static void hear_complaint(exr_const_context_t exr, exr_result_t code, const char *text) {
+    void *data = NULL;
+    (void)code;
+    if (exr_get_user_data(exr, &data) != EXR_ERR_SUCCESS || !data)
+        return;
+    struct complaint *complaint = data;
+#pragma omp critical(fewray_exr_complaint)
+    if (!complaint->text[0])
+        snprintf(complaint->text, sizeof complaint->text, "%s", text);
+}
+
+static int fail_exr(struct fewray_error *error, const char *path, exr_result_t code,
+                    const struct complaint *complaint) {
+    const char *text = complaint->text[0] ? complaint->text : exr_get_default_error_message(code);
+    if (code == EXR_ERR_OUT_OF_MEMORY)
+        return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
+    if (code == EXR_ERR_FEATURE_NOT_IMPLEMENTED)
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0, "unsupported EXR file: %s",
+                           text);
+    return fewray_fail(error, FEWRAY_ERROR_FORMAT, path, 0,
+                       "damaged, cut off or not an EXR file: %s", text);
+}
+
+/* Adds a plane for each channel; planes[] has room for all. */
+static int add_channels(const exr_attr_chlist_t *channels, const char *path,
+                        struct fewray_frame *frame, float **planes, struct fewray_error *error) {
+    for (int c = 0; c < channels->num_channels; c++) {
+        const exr_attr_chlist_entry_t *channel = &channels->entries[c];
+        const char *name = channel->name.str;
+        if (channel->x_sampling != 1 || channel->y_sampling != 1)
+            return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
+                               "channel %s is subsampled, store it at full resolution", name);
+        if (!name[0] || strlen(name) >= FEWRAY_NAME_MAX)
+            return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
+                               "the channel name '%.80s' is empty or longer than %d bytes", name,
+                               FEWRAY_NAME_MAX - 1);
+        planes[c] = fewray_frame_add(frame, name);
+        if (!planes[c])
+            return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0,
+                               "out of memory for %d channels of %d x %d pixels",
+                               channels->num_channels, frame->width, frame->height);
+    }
+    return FEWRAY_OK;
+}
+
+static exr_result_t plan_chunks(struct chunk_grid *grid) {
+    const int width = grid->frame->width, height = grid->frame->height;
+    exr_result_t code;
+    if (grid->tiled) {
+        code = exr_get_tile_sizes(grid->exr, 0, 0, 0, &grid->chunk_width, &grid->chunk_height);
+    } else {
+        grid->chunk_width = width;
+        code = exr_get_scanlines_per_chunk(grid->exr, 0, &grid->chunk_height);
+    }
+    if (code != EXR_ERR_SUCCESS)
+        return code;
+    if (grid->chunk_width < 1 || grid->chunk_height < 1)
+        return EXR_ERR_INVALID_ATTR;
+    grid->chunk_columns = (width - 1) / grid->chunk_width + 1;
+    grid->chunk_rows = (height - 1) / grid->chunk_height + 1;
+    return EXR_ERR_SUCCESS;
+}
+
+/* Decodes the chunk at (column, row) of the grid into the planes. decode is used again by the
+ * thread's next chunk. */
+static exr_result_t read_chunk(const struct chunk_grid *grid, int column, int row,
+                               exr_decode_pipeline_t *decode) {
+    const int x = column * grid->chunk_width, y = row * grid->chunk_height;
+    const int width = grid->frame->width, height = grid->frame->height;
+    const bool first = decode->channels == NULL;
+    exr_chunk_info_t chunk;
+    exr_result_t code = grid->tiled
+                            ? exr_read_tile_chunk_info(grid->exr, 0, column, row, 0, 0, &chunk)
+                            : exr_read_scanline_chunk_info(grid->exr, 0, grid->min_y + y, &chunk);
+    if (code != EXR_ERR_SUCCESS)
+        return code;
+    if (chunk.width < 1 || chunk.height < 1 || chunk.width > width - x || chunk.height > height - y)
+        return EXR_ERR_CORRUPT_CHUNK;
+    code = first ? exr_decoding_initialize(grid->exr, 0, &chunk, decode)
+                 : exr_decoding_update(grid->exr, 0, &chunk, decode);
+    if (code != EXR_ERR_SUCCESS)
+        return code;
+    for (int c = 0; c < decode->channel_count; c++) {
+        exr_coding_channel_info_t *channel = &decode->channels[c];
+        channel->user_data_type = EXR_PIXEL_FLOAT;
+        channel->user_bytes_per_element = sizeof(float);
+        channel->user_pixel_stride = sizeof(float);
+        channel->user_line_stride = width * (int)sizeof(float);
+        channel->decode_to_ptr = (uint8_t *)(grid->planes[c] + (size_t)y * (size_t)width + x);
+    }
+    if (first)
+        code = exr_decoding_choose_default_routines(grid->exr, 0, decode);
+    return code == EXR_ERR_SUCCESS ? exr_decoding_run(grid->exr, 0, decode) : code;
+}
+
+/* Chunks are independent of each other: each thread takes whole ones. */
+static exr_result_t read_chunks(const struct chunk_grid *grid) {
+    const int64_t count = (int64_t)grid->chunk_columns * grid->chunk_rows;
+    exr_result_t result = EXR_ERR_SUCCESS;
+#pragma omp parallel
+    {
+        exr_decode_pipeline_t decode = EXR_DECODE_PIPELINE_INITIALIZER;
+#pragma omp for schedule(dynamic, 1)
+        for (int64_t i = 0; i < count; i++) {
+            exr_result_t known;
+#pragma omp atomic read
+            known = result;
+            if (known != EXR_ERR_SUCCESS)
+                continue;
+            const exr_result_t code = read_chunk(grid, (int)(i % grid->chunk_columns),
+                                                 (int)(i / grid->chunk_columns), &decode);
+            if (code != EXR_ERR_SUCCESS) {
+#pragma omp atomic write
+                result = code;
+            }
+        }
+        exr_decoding_destroy(grid->exr, &decode);
+    }
+    return result;
+}
+
+/* The first part of an opened file. */
+static int read_part(exr_const_context_t exr, const char *path, const struct complaint *complaint,
+                     struct fewray_frame **out, struct fewray_error *error) {
+    exr_storage_t storage;
+    exr_attr_box2i_t window;
+    const exr_attr_chlist_t *channels;
+    exr_result_t code = exr_get_storage(exr, 0, &storage);
+    if (code == EXR_ERR_SUCCESS)
+        code = exr_get_data_window(exr, 0, &window);
+    if (code == EXR_ERR_SUCCESS)
+        code = exr_get_channels(exr, 0, &channels);
+    if (code != EXR_ERR_SUCCESS)
+        return fail_exr(error, path, code, complaint);
+    if (storage != EXR_STORAGE_SCANLINE && storage != EXR_STORAGE_TILED)
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
+                           "deep pictures aren't supported, flatten it first");
+    const int64_t width = (int64_t)window.max.x - window.min.x + 1;
+    const int64_t height = (int64_t)window.max.y - window.min.y + 1;
+    if (!features_size_ok(width, height))
+        return fewray_fail(error, FEWRAY_ERROR_FORMAT, path, 0,
+                           "a data window of %lld x %lld pixels is impossible", (long long)width,
+                           (long long)height);
+    if (channels->num_channels < 1 || channels->num_channels > FEATURES_MAX_CHANNELS)
+        return fewray_fail(error, FEWRAY_ERROR_FORMAT, path, 0, "%d channels; 1 to %d are possible",
+                           channels->num_channels, FEATURES_MAX_CHANNELS);
+
+    float **planes = calloc((size_t)channels->num_channels, sizeof *planes);
+    int status = planes ? fewray_frame_create((int)width, (int)height, out, error)
+                        : fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
+    if (status == FEWRAY_OK)
+        status = add_channels(channels, path, *out, planes, error);
+    if (status == FEWRAY_OK) {
+        struct chunk_grid grid = {.exr = exr,
+                                  .frame = *out,
+                                  .planes = planes,
+                                  .tiled = storage == EXR_STORAGE_TILED,
+                                  .min_y = window.min.y};
+        code = plan_chunks(&grid);
+        if (code == EXR_ERR_SUCCESS)
+            code = read_chunks(&grid);
+        if (code != EXR_ERR_SUCCESS)
+            status = fail_exr(error, path, code, complaint);
+    }
+    free(planes);
+    return status;
+}
+
+int fewray_frame_read_exr(const char *path, struct fewray_frame **out, struct fewray_error *error) {
+    *out = NULL;
+    int status = file_check_readable(path, error);
+    if (status != FEWRAY_OK)
+        return status;
+    struct complaint complaint = {{0}};
+    exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    settings.error_handler_fn = hear_complaint;
+    settings.user_data = &complaint;
+    /* Without this flag, blocks that a cut-off file lacks are searched for instead of reported. */
+    settings.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
+    exr_context_t exr = NULL;
+    const exr_result_t code = exr_start_read(&exr, path, &settings);
+    status = code == EXR_ERR_SUCCESS ? read_part(exr, path, &complaint, out, error)
+                                     : fail_exr(error, path, code, &complaint);
+    if (exr)
+        exr_finish(&exr);
+    if (status != FEWRAY_OK)
+        fewray_frame_destroy(out);
+    return status;
+}

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef FEWRAY_FEATURES_PRIVATE_H
+#define FEWRAY_FEATURES_PRIVATE_H
+
+/* What the files of this folder share and nobody else sees. */
+
+#include "features/features.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Larger pictures are taken for damaged headers; 16384 x 16384. It also keeps every row's bytes and
+ * every channel count times pixels within 64 bits. */
+#define FEATURES_MAX_PIXELS   ((int64_t)1 << 28)
+#define FEATURES_MAX_CHANNELS 1024
+
+/* True for 1..FEATURES_MAX_PIXELS pixels. */
+static inline bool features_size_ok(int64_t width, int64_t height) {
+    return width > 0 && height > 0 && width <= FEATURES_MAX_PIXELS / height;
+}
+
+/* Says why path can't be read as a regular file, or FEWRAY_OK. */
+int file_check_readable(const char *path, struct fewray_error *error);
+
+/* Creates an empty temporary file beside path, open for writing: *temporary is malloc'd, the result
+ * a file descriptor. Errors (a negative status) name path. */
+int file_create_temporary(const char *path, char **temporary, struct fewray_error *error);
+
+/* write() until all is written; false, with errno, where it can't be. offset -1 appends. */
+bool file_write_all(int fd, const void *data, size_t size, int64_t offset);
+
+/* Makes path of these bytes, whole or not at all. */
+int file_write_whole(const char *path, const void *data, size_t size, struct fewray_error *error);
+
+/* True for a PNG file that is cut off or has a wrong checksum; false for other files. */
+bool png_is_damaged(const char *path);
+
+/* IEEE binary16 of count floats, rounded to nearest even, clamped to +-65504; NaN stays NaN. */
+void half_from_floats(const float *from, uint16_t *to, size_t count);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Files that appear whole or not at all: written beside, then renamed. */
+#include "features/features_private.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+char *fewray_temporary_name(const char *path) {
+    static atomic_uint serial;
+    const char *slash = strrchr(path, '/');
+    const int folder = slash ? (int)(slash - path) + 1 : 0;
+    /* The clock keeps apart processes of the same id on two machines that share the folder. */
+    struct timespec now = {0};
+    clock_gettime(CLOCK_REALTIME, &now);
+    const size_t size = (size_t)folder + 64;
+    char *name = malloc(size);
+    /* The name doesn't contain the file's own, which may already be as long as names can be. */
+    if (name)
+        snprintf(name, size, "%.*s.fewray-%ld-%lx-%u.tmp", folder, path, (long)getpid(),
+                 (unsigned long)now.tv_nsec, atomic_fetch_add(&serial, 1u));
+    return name;
+}
+
+/* Renaming onto a device or a pipe would replace it by a plain file. */
+static bool may_be_replaced(const char *path) {
+    struct stat info;
+    return stat(path, &info) != 0 || S_ISREG(info.st_mode);
+}
+
+int fewray_commit_file(const char *temporary, const char *path, struct fewray_error *error) {
+    if (!may_be_replaced(path)) {
+        unlink(temporary);
+        return fewray_fail(error, FEWRAY_ERROR_IO, path, 0,
+                           "isn't a regular file, give another name for the output");
+    }
+    if (rename(temporary, path) == 0)
+        return FEWRAY_OK;
+    const int reason = errno;
+    unlink(temporary);
+    return fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "can't write the file: %s",
+                       strerror(reason));
+}
+
+int file_create_temporary(const char *path, char **temporary, struct fewray_error *error) {
+    *temporary = NULL;
+    if (!path[0])
+        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0, "the output file has no name");
+    char *name = fewray_temporary_name(path);
+    if (!name)
+        return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
+    const int fd = open(name, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (fd < 0) {
+        const int reason = errno;
+        free(name);
+        return fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "can't write into the folder: %s",
+                           strerror(reason));
+    }
+    *temporary = name;
+    return fd;
+}
+
+int file_check_readable(const char *path, struct fewray_error *error) {
+    struct stat info;
+    const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (fd < 0 || fstat(fd, &info) != 0) {
+        const int reason = errno;
+        if (fd >= 0)
+            close(fd);
+        return fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "can't open the file: %s",
+                           strerror(reason));
+    }
+    close(fd);
+    if (!S_ISREG(info.st_mode))
+        return fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "isn't a regular file");
+    return FEWRAY_OK;
+}
+
+bool file_write_all(int fd, const void *data, size_t size, int64_t offset) {
+    const char *rest = data;
+    while (size > 0) {
+        const ssize_t n =
+            offset < 0 ? write(fd, rest, size) : pwrite(fd, rest, size, (off_t)offset);
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n <= 0) {
+            errno = n == 0 ? ENOSPC : errno;
+            return false;
+        }
+        rest += n;
+        size -= (size_t)n;
+        offset = offset < 0 ? offset : offset + n;
+    }
+    return true;
+}
+
+int file_write_whole(const char *path, const void *data, size_t size, struct fewray_error *error) {
+    char *temporary = NULL;
+    const int fd = file_create_temporary(path, &temporary, error);
+    if (fd < 0)
+        return fd;
+    int reason = file_write_all(fd, data, size, -1) ? 0 : errno;
+    if (close(fd) != 0 && !reason)
+        reason = errno;
+    int status;
+    if (reason) {
+        unlink(temporary);
+        status = fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "can't write the file: %s",
+                             strerror(reason));
+    } else {
+        status = fewray_commit_file(temporary, path, error);
+    }
+    free(temporary);
+    return status;
+}

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Floats to half floats (IEEE 754 binary16), in plain C that compilers vectorise for any CPU. */
+#include "features/features_private.h"
+
+#include <string.h>
+
+static inline uint32_t float_bits(float value) {
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+static inline float bits_float(uint32_t bits) {
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+void half_from_floats(const float *restrict from, uint16_t *restrict to, size_t count) {
+    const uint32_t largest = 0x477fe000; /* 65504, the largest half */
+    const uint32_t infinity = 0x7f800000;
+    const uint32_t least_normal = 0x38800000; /* 2^-14 */
+    const uint32_t rebias = (uint32_t)(127 - 15) << 23;
+    for (size_t i = 0; i < count; i++) {
+        const uint32_t bits = float_bits(from[i]);
+        const uint32_t sign = bits >> 16 & 0x8000;
+        const uint32_t magnitude = bits & 0x7fffffff;
+        const uint32_t kept = magnitude < largest ? magnitude : largest;
+        /* 13 bits of the mantissa go: add half of the last place, less one where that place is
+         * even. */
+        const uint32_t normal = (kept - rebias + 0xfff + (kept >> 13 & 1)) >> 13;
+        /* 0.5's last place is 2^-24, a half's least subnormal: the addition itself rounds. */
+        const uint32_t subnormal = float_bits(bits_float(kept) + 0.5f) - float_bits(0.5f);
+        const uint32_t finite = kept < least_normal ? subnormal : normal;
+        to[i] = (uint16_t)(sign | (magnitude > infinity ? 0x7e00 : finite));
+    }
+}

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef FEWRAY_GUIDE_NETWORK_H
+#define FEWRAY_GUIDE_NETWORK_H
+
+/* The ODIS network's forward pass for one grid point. What train/model.py must do likewise:
+ * - a bin's 13 features: the 10 gathered planes times gain, mask, cosine, fill / 4; gain = 4 / (filled bins among the 2x2 of
+ *   its cell), 0 where none is filled
+ * - space to depth, channel (2 dy + dx) * 13 + feature, 32x32 -> 16x16
+ * - stem 1x1 52->16, enc0 3x3 16->16 (16x16), average pool, enc1a 16->32, enc1b 32->32 (8x8), average pool, enc2a, enc2b 32->32 (4x4),
+ *   up1 1x1 32->32, nearest upsampling, + enc1b's output, dec1 3x3 32->32 (8x8), up0 1x1 32->16, nearest upsampling, + enc0's output,
+ *   dec0 3x3 16->16 (16x16), head 1x1 16->8. Leaky ReLU 0.2 after all but up1, up0 and head; columns wrap, rows are zero-padded
+ * - head channel 4 o + 2 dy + dx: output o of bin (dy, dx) of the cell; log root second moment = fill + output 0; range-compressed mean
+ *   radiance = output 1 */
+
+#include "guide/odis/gather.h"
+
+struct odis_weights; /* packed convolutions, shared by all threads */
+struct odis_network; /* one thread's activations */
+
+/* Loads a weights file, or the built-in one where path is NULL. *out is owned by the caller. */
+int odis_weights_load(const char *path, struct odis_weights **out, struct fewray_error *error);
+void odis_weights_destroy(struct odis_weights **weights);
+
+/* NULL without memory. The weights must outlive it. */
+struct odis_network *odis_network_create(const struct odis_weights *weights);
+void odis_network_destroy(struct odis_network **network);
+
+/* log_moment: log of the root of the second moment that a sample of a bin returns; radiance: mean radiance; both relative to
+ * the gathered scale, whatever lies below the horizon is meaningless. */
+void odis_network_run(struct odis_network *network, const struct gathered *in, float log_moment[SPHERE_BINS],
+                      float radiance[SPHERE_BINS]);
+
+#endif

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef FEWRAY_GUIDE_SCENE_FILE_BYTES_H
+#define FEWRAY_GUIDE_SCENE_FILE_BYTES_H
+
+/* A whole file in memory, read-only. */
+
+#include "features/features.h"
+
+struct file_bytes {
+    char *data;
+    size_t size;
+    bool mapped;
+};
+
+/* Maps the file. */
+int file_map(const char *path, struct file_bytes *out, struct fewray_error *error);
+/* Reads the file, with a NUL behind its last byte. */
+int file_read(const char *path, struct file_bytes *out, struct fewray_error *error);
+void file_free(struct file_bytes *file);
+
+#endif

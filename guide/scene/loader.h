@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef FEWRAY_GUIDE_SCENE_LOADER_H
+#define FEWRAY_GUIDE_SCENE_LOADER_H
+
+/* What the parts of the loader share while a scene is read. The order of work (load.c):
+ *
+ *     xml_read()          file -> tree of elements
+ *     check_elements()    every element, plugin type and number is one that Mitsuba 3 knows
+ *     parse_scene()       tree -> camera, textures, BSDFs, environment, and lists of what to read
+ * and build assets_read()       mesh and image files, in parallel, each once meshes_build() meshes
+ * in world space, in parallel
+ */
+
+#include "guide/scene/assets.h"
+#include "guide/scene/mesh_build.h"
+#include "guide/scene/scene.h"
+#include "guide/scene/xml.h"
+
+struct loader {
+    const char *path;
+    struct xml_document *document;
+    struct fewray_scene *scene;
+    struct fewray_error *error;
+    int threads;
+
+    struct assets assets;
+    struct shape *shapes; /* what becomes scene->meshes, in the file's order */
+    size_t shape_count, shape_capacity;
+    int *texture_images; /* of each scene texture: index of an asset, -1 = none */
+    size_t texture_capacity, texture_image_capacity, bsdf_capacity, warning_capacity;
+    int environment_image;        /* index of an asset, -1 = none */
+    int default_bsdf, black_bsdf; /* of shapes without one; -1 = not needed so far */
+};
+
+/* Sets the error to the node's line and returns status. */
+int loader_fail(struct loader *loader, enum fewray_status status, const struct xml_node *node,
+                const char *format, ...) __attribute__((format(printf, 4, 5)));
+int loader_fail_memory(struct loader *loader);
+
+/* Keeps "FILE:LINE: text" among the scene's warnings, unless the same text is there for another
+ * line. */
+int loader_warn(struct loader *loader, const struct xml_node *node, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* The object that a child stands for: itself, or what a <ref> refers to. */
+int loader_resolve(struct loader *loader, struct xml_node *child, struct xml_node **object);
+
+/* "bsdf 'plastic' (id 'Wall')", cut to 128 bytes; returns text. */
+const char *loader_describe(const struct xml_node *object, char text[128]);
+
+/* Refuses elements, plugin types and values that Mitsuba 3 wouldn't take. */
+int check_elements(struct loader *loader);
+
+/* --- parts of the scene */
+
+int parse_scene(struct loader *loader);
+int parse_sensor(struct loader *loader, struct xml_node *sensor);
+int parse_shape(struct loader *loader, struct xml_node *shape);
+int parse_environment(struct loader *loader, struct xml_node *emitter);
+/* Of an area emitter inside a shape. */
+int parse_area_emitter(struct loader *loader, struct xml_node *emitter, struct vec3 *radiance);
+/* *index: of the scene's BSDFs. A BSDF that is referred to twice is made once. */
+int parse_bsdf(struct loader *loader, struct xml_node *bsdf, int *index);
+/* A BSDF of one grey, one-sided; *index of it. */
+int make_grey_bsdf(struct loader *loader, float reflectance, int *index);
+/* *index: of the scene's textures, made of the parameter's colour or texture; of fallback where it
+ * has none. */
+int parse_reflectance(struct loader *loader, struct xml_node *bsdf, const char *name,
+                      struct vec3 fallback, int *index);
+
+#endif

@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef FEWRAY_GUIDE_EMBREE_H
+#define FEWRAY_GUIDE_EMBREE_H
+
+/* The few calls that differ between Embree 3 and 4. */
+
+#include <math.h>
+#include <stdbool.h>
+
+#include "guide/vec.h"
+
+#if FEWRAY_EMBREE >= 4
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+static inline struct RTCRay embree_ray(struct vec3 origin, struct vec3 direction, float t_max) {
+    return (struct RTCRay){.org_x = origin.x,
+                           .org_y = origin.y,
+                           .org_z = origin.z,
+                           .tnear = 0,
+                           .dir_x = direction.x,
+                           .dir_y = direction.y,
+                           .dir_z = direction.z,
+                           .tfar = t_max,
+                           .mask = ~0u};
+}
+
+static inline void embree_intersect(RTCScene scene, struct RTCRayHit *ray_hit, bool coherent) {
+    ray_hit->hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    ray_hit->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+#if FEWRAY_EMBREE >= 4
+    struct RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
+    rtcIntersect1(scene, ray_hit, &arguments);
+#else
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
+                             : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    rtcIntersect1(scene, &context, ray_hit);
+#endif
+}
+
+static inline bool embree_occluded(RTCScene scene, struct vec3 origin, struct vec3 direction,
+                                   float t_max) {
+    struct RTCRay ray = embree_ray(origin, direction, t_max);
+#if FEWRAY_EMBREE >= 4
+    struct RTCOccludedArguments arguments;
+    rtcInitOccludedArguments(&arguments);
+    rtcOccluded1(scene, &ray, &arguments);
+#else
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded1(scene, &context, &ray);
+#endif
+    return ray.tfar < 0;
+}
+
+#endif

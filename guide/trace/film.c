@@ -1,0 +1,196 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The film, and the frame made of it. */
+
+#include "guide/trace/film.h"
+
+#include <omp.h>
+#include <stdlib.h>
+
+void fewray_render_settings_init(struct fewray_render_settings *settings) {
+    *settings = (struct fewray_render_settings){
+        .spp = 4, .initial = 1, .bsdf_fraction = 0.25f, .look_weight = 0.6f};
+}
+
+int film_threads(const struct fewray_render_settings *settings) {
+    return settings->threads > 0 ? settings->threads : omp_get_num_procs();
+}
+
+/* The picture's size where one or none of width and height is given. */
+static void picture_size(const struct camera *camera, const struct fewray_render_settings *settings,
+                         int *width, int *height) {
+    double aspect = (double)camera->width / camera->height;
+    *width = settings->width > 0    ? settings->width
+             : settings->height > 0 ? (int)lround(settings->height * aspect)
+                                    : camera->width;
+    *height = settings->height > 0  ? settings->height
+              : settings->width > 0 ? (int)lround(settings->width / aspect)
+                                    : camera->height;
+    *width = *width > 0 ? *width : 1;
+    *height = *height > 0 ? *height : 1;
+}
+
+int fewray_film_create(const struct fewray_world *world, const struct fewray_render_settings *settings,
+                       struct fewray_film **out, struct fewray_error *error) {
+    *out = NULL;
+    struct fewray_film *film = calloc(1, sizeof(*film));
+    if (film) {
+        picture_size(&world->scene->camera, settings, &film->width, &film->height);
+        film->look_weight = settings->look_weight;
+        film->groups = calloc((size_t)film->width * (size_t)film->height * GROUP_COUNT, sizeof(*film->groups));
+    }
+    if (!film || !film->groups) {
+        fewray_film_destroy(&film);
+        return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
+                           "no memory for the picture; make it smaller with --width and --height");
+    }
+    *out = film;
+    return FEWRAY_OK;
+}
+
+void fewray_film_destroy(struct fewray_film **film) {
+    if (!*film)
+        return;
+    free((*film)->groups);
+    free(*film);
+    *film = NULL;
+}
+
+struct integrator film_integrator(const struct fewray_world *world, const struct fewray_film *film,
+                                  const struct fewray_maps *maps,
+                                  const struct fewray_render_settings *settings) {
+    return (struct integrator){.world = world,
+                               .width = film->width,
+                               .height = film->height,
+                               .max_depth = settings->max_depth ? settings->max_depth : world->scene->max_depth,
+                               .rr_depth = world->scene->rr_depth,
+                               .maps = maps,
+                               .bsdf_fraction = settings->bsdf_fraction};
+}
+
+static bool is_finite(struct vec3 v) {
+    return isfinite(v.x) && isfinite(v.y) && isfinite(v.z);
+}
+
+static void accumulate(double sums[3], struct vec3 v) {
+    sums[0] += v.x;
+    sums[1] += v.y;
+    sums[2] += v.z;
+}
+
+void pixel_sums_add(struct pixel_sums *sums, const struct path_sample *p) {
+    if (!is_finite(p->radiance) || !is_finite(p->emission) || !is_finite(p->albedo) ||
+        !is_finite(p->normal) || !isfinite(p->depth)) {
+        sums->dropped++;
+        return;
+    }
+    sums->count++;
+    const float x[3] = {p->radiance.x, p->radiance.y, p->radiance.z};
+    for (int c = 0; c < 3; c++) { /* Welford 1962 */
+        double delta = x[c] - sums->radiance[c];
+        sums->radiance[c] += delta / sums->count;
+        sums->deviation[c] += delta * (x[c] - sums->radiance[c]);
+    }
+    accumulate(sums->emission, p->emission);
+    accumulate(sums->albedo, p->albedo);
+    accumulate(sums->normal, p->normal);
+    sums->depth += p->depth;
+    sums->alpha += p->alpha;
+}
+
+void film_store(struct fewray_film *film, int x, int y, int group, const struct pixel_sums *sums) {
+    struct pixel_group *g =
+        &film->groups[((size_t)y * (size_t)film->width + (size_t)x) * GROUP_COUNT + (size_t)group];
+    double share = sums->count > 0 ? 1.0 / sums->count : 0;
+    g->count = sums->count;
+    for (int c = 0; c < 3; c++) {
+        g->radiance[c] = (float)sums->radiance[c];
+        g->deviation[c] = (float)sums->deviation[c];
+        g->emission[c] = (float)(sums->emission[c] * share);
+        g->albedo[c] = (float)(sums->albedo[c] * share);
+        g->normal[c] = (float)(sums->normal[c] * share);
+    }
+    g->depth = (float)(sums->depth * share);
+    g->alpha = (float)(sums->alpha * share);
+}
+
+/* Share of the look in the pixel's value: fixed by the numbers of samples, so that it can't bias. */
+static float look_share(const struct fewray_film *film, const struct pixel_group *look,
+                        const struct pixel_group *rest) {
+    if (!look->count || !rest->count)
+        return look->count > 0;
+    return film->look_weight * (float)look->count / (float)(look->count + rest->count);
+}
+
+/* Variance of the pixel's mean. The spread is pooled over both groups because a look of one sample has none of its own. */
+static float mean_variance(const struct pixel_group *a, const struct pixel_group *b, float share, int c) {
+    int n = a->count + b->count;
+    if (n == 0)
+        return 0;
+    if (n == 1) /* nothing to estimate from: as uncertain as it is bright */
+        return a->count ? a->radiance[c] * a->radiance[c] : b->radiance[c] * b->radiance[c];
+    float between = a->radiance[c] - b->radiance[c];
+    float spread = (a->deviation[c] + b->deviation[c] +
+                    between * between * (float)a->count * (float)b->count / (float)n) /
+                   (float)(n - 1);
+    return spread * ((a->count ? share * share / (float)a->count : 0) +
+                     (b->count ? (1 - share) * (1 - share) / (float)b->count : 0));
+}
+
+struct layer_planes {
+    float *color[3], *variance[3], *albedo[3], *normal[3], *emission[3], *depth[3], *irradiance[3], *alpha;
+};
+
+static void fill_pixel(const struct fewray_film *film, size_t i, const struct layer_planes *p) {
+    const struct pixel_group *look = &film->groups[i * GROUP_COUNT + GROUP_LOOK];
+    const struct pixel_group *rest = &film->groups[i * GROUP_COUNT + GROUP_REST];
+    float s = look_share(film, look, rest);
+    for (int c = 0; c < 3; c++) {
+        p->color[c][i] = s * look->radiance[c] + (1 - s) * rest->radiance[c];
+        p->variance[c][i] = mean_variance(look, rest, s, c);
+        p->albedo[c][i] = s * look->albedo[c] + (1 - s) * rest->albedo[c];
+        p->normal[c][i] = s * look->normal[c] + (1 - s) * rest->normal[c];
+        p->emission[c][i] = s * look->emission[c] + (1 - s) * rest->emission[c];
+    }
+    p->depth[0][i] = s * look->depth + (1 - s) * rest->depth;
+    p->alpha[i] = s * look->alpha + (1 - s) * rest->alpha;
+}
+
+/* Irradiance / pi at a pixel from the maps around it, by the pixel's own mean normal and look position. */
+static void fill_irradiance(const struct fewray_maps *maps, int x, int y, size_t i,
+                            const struct layer_planes *p) {
+    struct vec3 e = maps_irradiance(maps, x, y, vec(p->normal[0][i], p->normal[1][i], p->normal[2][i]));
+    p->irradiance[0][i] = e.x;
+    p->irradiance[1][i] = e.y;
+    p->irradiance[2][i] = e.z;
+}
+
+int fewray_film_frame(const struct fewray_film *film, const struct fewray_maps *maps,
+                      struct fewray_frame **out, struct fewray_error *error) {
+    *out = NULL;
+    struct fewray_frame *frame = NULL;
+    int status = fewray_frame_create(film->width, film->height, &frame, error);
+    if (status)
+        return status;
+    struct layer_planes p = {.alpha = NULL};
+    bool complete = fewray_frame_add_layer(frame, FEWRAY_COLOR, p.color) &&
+                    (p.alpha = fewray_frame_add(frame, "A")) != NULL &&
+                    fewray_frame_add_layer(frame, FEWRAY_VARIANCE, p.variance) &&
+                    fewray_frame_add_layer(frame, FEWRAY_ALBEDO, p.albedo) &&
+                    fewray_frame_add_layer(frame, FEWRAY_NORMAL, p.normal) &&
+                    fewray_frame_add_layer(frame, FEWRAY_DEPTH, p.depth) &&
+                    fewray_frame_add_layer(frame, FEWRAY_EMISSION, p.emission) &&
+                    (!maps || fewray_frame_add_layer(frame, FEWRAY_IRRADIANCE, p.irradiance));
+    if (!complete) {
+        fewray_frame_destroy(&frame);
+        return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the picture's layers");
+    }
+    for (int y = 0; y < film->height; y++)
+        for (int x = 0; x < film->width; x++) {
+            size_t i = (size_t)y * (size_t)film->width + (size_t)x;
+            fill_pixel(film, i, &p);
+            if (maps)
+                fill_irradiance(maps, x, y, i, &p);
+        }
+    *out = frame;
+    return FEWRAY_OK;
+}

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef FEWRAY_GUIDE_FILM_H
+#define FEWRAY_GUIDE_FILM_H
+
+/* Means and spreads of each pixel's samples, the first look apart from the rest. */
+
+#include "guide/guide.h"
+#include "guide/trace/integrator.h"
+
+enum { GROUP_LOOK, GROUP_REST, GROUP_COUNT };
+
+/* Means over the samples of one group of a pixel, and the sum of squared deviations of the radiance. */
+struct pixel_group {
+    int count;
+    float radiance[3], deviation[3]; /* mean; sum of (x - mean)^2 */
+    float emission[3], albedo[3], normal[3], depth, alpha;
+};
+
+struct fewray_film {
+    int width, height; /* pixels */
+    float look_weight; /* see struct fewray_render_settings */
+    struct pixel_group *groups; /* (height, width, GROUP_COUNT) */
+};
+
+/* Sums of one pixel's samples in double precision; 0-initialised. */
+struct pixel_sums {
+    int count, dropped;
+    double radiance[3], deviation[3];
+    double emission[3], albedo[3], normal[3], depth, alpha;
+};
+
+/* Adds a sample; one with a NaN or an infinity is dropped and counted instead. */
+void pixel_sums_add(struct pixel_sums *sums, const struct path_sample *sample);
+void film_store(struct fewray_film *film, int x, int y, int group, const struct pixel_sums *sums);
+
+/* Integrator settings that a picture needs. */
+struct integrator film_integrator(const struct fewray_world *world, const struct fewray_film *film,
+                                  const struct fewray_maps *maps,
+                                  const struct fewray_render_settings *settings);
+int film_threads(const struct fewray_render_settings *settings);
+
+#endif

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef FEWRAY_GUIDE_SURFACE_H
+#define FEWRAY_GUIDE_SURFACE_H
+
+/* What a ray hit, and where rays leave from. */
+
+#include "guide/trace/world.h"
+
+struct surface {
+    const struct mesh *mesh;
+    uint32_t mesh_index, triangle;
+    float distance; /* along the ray, scene units */
+    struct vec3 position;
+    struct vec3 geometric_normal, normal; /* unit, world space; normal is for shading; as the mesh has them, not turned */
+    float u, v;                           /* texture coordinates */
+};
+
+/* The nearest surface along a unit direction; false where there is none. */
+bool surface_trace(const struct fewray_world *world, struct vec3 origin, struct vec3 direction,
+                   bool coherent, struct surface *out);
+
+/* Start of a ray that leaves p towards `towards`, off the surface by an epsilon of the position's size. */
+static inline struct vec3 offset_origin(struct vec3 p, struct vec3 geometric_normal,
+                                        struct vec3 towards) {
+    float size = fmaxf(fabsf(p.x), fmaxf(fabsf(p.y), fabsf(p.z)));
+    float epsilon = (1 + size) * 9e-5f;
+    return add(p, scale(geometric_normal, dot(geometric_normal, towards) < 0 ? -epsilon : epsilon));
+}
+
+/* True where something blocks the segment from p to q (both on surfaces). */
+bool surface_blocked(const struct fewray_world *world, struct vec3 p, struct vec3 geometric_normal,
+                     struct vec3 q);
+/* True where something blocks the ray from p to infinity. */
+bool surface_blocked_to_sky(const struct fewray_world *world, struct vec3 p,
+                            struct vec3 geometric_normal, struct vec3 direction);
+
+#endif

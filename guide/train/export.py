@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes a checkpoint as weights for denoise/nn (nn.h describes the file), and reference tensors that pin the C network
+to this one."""
+import argparse
+import json
+import os
+import struct
+import zlib
+
+import numpy as np
+import torch
+
+import dataset
+from model import Odis
+
+
+def write_whole(path, data):
+    os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+    with open(path + ".part", "wb") as file:
+        file.write(data)
+    os.replace(path + ".part", path)
+
+
+def container(model, info):
+    text = json.dumps(info, sort_keys=True).encode()
+    body = struct.pack("<I", len(text)) + text
+    tensors = list(model.state_dict().items())
+    body += struct.pack("<I", len(tensors))
+    for name, tensor in tensors:
+        shape = list(tensor.shape) + [1] * (4 - tensor.dim())
+        body += name.encode().ljust(48, b"\0") + struct.pack("<4i", *shape)
+        body += tensor.numpy().astype("<f2").tobytes()
+    return b"FEWRAYNN" + struct.pack("<II", 1, zlib.crc32(body)) + body
+
+
+@torch.no_grad()
+def references(model, inputs):
+    """"ODISREFS", uint32 version 1, uint32 maps, uint32 layers; for each map 13x32x32 half floats of input, then for each
+    layer 16 bytes of name, int32 channels, height, width and float32 values (after the activation; up1 and up0 before
+    they are added to the skip), then two 32x32 float32 planes: log moment and range-compressed radiance."""
+    data = b""
+    for i in range(len(inputs)):
+        layers = model.layers(inputs[i:i + 1])
+        data += inputs[i].numpy().astype("<f2").tobytes()
+        for name, values in layers.items():
+            data += name.encode().ljust(16, b"\0") + struct.pack("<3i", *values.shape[1:])
+            data += values[0].numpy().astype("<f4").tobytes()
+        data += model(inputs[i:i + 1])[0].numpy().astype("<f4").tobytes()
+    return b"ODISREFS" + struct.pack("<III", 1, len(inputs), len(layers)) + data
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__)
+    p.add_argument("checkpoint", help="odis.pt of train.py")
+    p.add_argument("-o", "--output", required=True, help="weights file, e.g. weights/odis.bin")
+    p.add_argument("--reference", help="also write reference tensors, e.g. ../../tests/data/odis_reference.bin")
+    p.add_argument("--data", help="file of fewray-odis-data for the references' inputs")
+    p.add_argument("--maps", type=int, default=2, help="in the references")
+    args = p.parse_args()
+    state = torch.load(args.checkpoint, weights_only=True)
+    model = Odis().eval()
+    model.load_state_dict({k: v.half().float() for k, v in state["average"].items()})
+    info = {"network": "odis", "map": "mean" if state["settings"]["loss"] == "l1" else "moment", "steps": state["steps"],
+            "settings": state["settings"], "validation": {k: round(v, 5) for k, v in state["figures"].items()}}
+    write_whole(args.output, container(model, info))
+    if args.reference:
+        if not args.data:
+            raise SystemExit("--reference needs --data")
+        records = dataset.open_records(args.data)
+        chosen = records[np.linspace(0, len(records) - 1, args.maps).astype(int)]
+        write_whole(args.reference, references(model, torch.from_numpy(chosen["input"].astype(np.float32))))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The ODIS network and its discriminator. guide/odis/network.c runs the same layers, by the same names, in C."""
+import math
+
+import torch
+import torch.nn as nn
+import torch.nn.functional as F
+
+ROWS = COLUMNS = 32
+PLANES = 10                    # gathered planes of a bin (guide/odis/gather.h)
+MASK, COSINE, FILL = 10, 11, 12
+INPUTS = 13
+FILL_SCALE = 0.25              # brings the fill's natural logarithm to the size of the other inputs
+MU = 5000.0                    # of the range compressor (paper, eq. 3)
+SLOPE = 0.2                    # of the leaky ReLU
+
+
+def range_compress(radiance):
+    return torch.log1p(MU * radiance) / math.log1p(MU)
+
+
+def range_expand(compressed):
+    return torch.expm1(compressed * math.log1p(MU)) / MU
+
+
+def space_to_depth(bins):
+    """(N, C, 32, 32) -> (N, 4 C, 16, 16); channel (2 dy + dx) C + c is channel c of bin (2 y + dy, 2 x + dx)."""
+    n, c, h, w = bins.shape
+    cells = bins.reshape(n, c, h // 2, 2, w // 2, 2).permute(0, 3, 5, 1, 2, 4)
+    return cells.reshape(n, 4 * c, h // 2, w // 2)
+
+
+class SphereConv(nn.Conv2d):
+    """3x3 over the sphere's bins: columns wrap around, rows above and below are zero."""
+
+    def __init__(self, inputs, outputs):
+        super().__init__(inputs, outputs, 3)
+
+    def forward(self, x):
+        return super().forward(F.pad(F.pad(x, (1, 1, 0, 0), mode="circular"), (0, 0, 1, 1)))
+
+
+class Odis(nn.Module):
+    """(N, 13, 32, 32) gathered bins -> (N, 2, 32, 32): log of the root second moment, range-compressed mean radiance."""
+
+    def __init__(self):
+        super().__init__()
+        self.stem = nn.Conv2d(4 * INPUTS, 16, 1)
+        self.enc0 = SphereConv(16, 16)    # 16x16
+        self.enc1a = SphereConv(16, 32)   # 8x8
+        self.enc1b = SphereConv(32, 32)
+        self.enc2a = SphereConv(32, 32)   # 4x4
+        self.enc2b = SphereConv(32, 32)
+        self.up1 = nn.Conv2d(32, 32, 1)
+        self.dec1 = SphereConv(32, 32)
+        self.up0 = nn.Conv2d(32, 16, 1)
+        self.dec0 = SphereConv(16, 16)
+        self.head = nn.Conv2d(16, 8, 1)
+        for layer in self.children():
+            nn.init.kaiming_normal_(layer.weight, a=SLOPE)
+            nn.init.zeros_(layer.bias)
+        nn.init.normal_(self.head.weight, std=0.01)  # starts as the fill alone
+
+    @staticmethod
+    def cells(bins):
+        """The stem's input: 2x2 bins at once, masked: what the filled bins bring is scaled by the share of empty ones."""
+        filled = F.avg_pool2d(bins[:, MASK:MASK + 1], 2)
+        gain = torch.where(filled > 0, 1 / filled.clamp(min=0.25), torch.zeros_like(filled))
+        gain = F.interpolate(gain, scale_factor=2, mode="nearest")
+        return space_to_depth(torch.cat([bins[:, :PLANES] * gain, bins[:, MASK:FILL], bins[:, FILL:] * FILL_SCALE], 1))
+
+    def layers(self, bins):
+        """All layers' outputs by name, after their activation; up1 and up0 before they are added to the skip."""
+        out = {}
+
+        def run(name, x, activate=True):
+            y = getattr(self, name)(x)
+            out[name] = F.leaky_relu(y, SLOPE) if activate else y
+            return out[name]
+
+        up = dict(scale_factor=2, mode="nearest")
+        e0 = run("enc0", run("stem", self.cells(bins)))
+        e1 = run("enc1b", run("enc1a", F.avg_pool2d(e0, 2)))
+        e2 = run("enc2b", run("enc2a", F.avg_pool2d(e1, 2)))
+        d1 = run("dec1", e1 + F.interpolate(run("up1", e2, False), **up))
+        d0 = run("dec0", e0 + F.interpolate(run("up0", d1, False), **up))
+        run("head", d0, False)
+        return out
+
+    def forward(self, bins):
+        correction, radiance = F.pixel_shuffle(self.layers(bins)["head"], 2).split(1, 1)
+        return torch.cat([bins[:, FILL:] + correction, radiance], 1)
+
+
+class Discriminator(nn.Module):
+    """Tells range-compressed truth from prediction (paper, section 4.4): (N, 1, 32, 32) -> (N) logits."""
+
+    def __init__(self):
+        super().__init__()
+        blocks, inputs = [], 1
+        for outputs in (16, 32, 64, 128):
+            blocks += [SphereConv(inputs, outputs), nn.BatchNorm2d(outputs), nn.LeakyReLU(SLOPE)]
+            if outputs < 128:
+                blocks.append(nn.AvgPool2d(2))
+            inputs = outputs
+        self.blocks = nn.Sequential(*blocks)
+        self.dense = nn.Sequential(nn.Flatten(), nn.Linear(128 * 16, 256), nn.LeakyReLU(SLOPE), nn.Linear(256, 1))
+        for layer in self.modules():
+            if isinstance(layer, nn.Conv2d):
+                nn.init.trunc_normal_(layer.weight, std=0.02)
+
+    def forward(self, radiance):
+        return self.dense(self.blocks(radiance)).squeeze(1)

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef FEWRAY_TRAIN_PREVIEW_H
+#define FEWRAY_TRAIN_PREVIEW_H
+
+/* A crude path tracer over a stage's shapes: enough to judge a camera and to set the exposure. */
+
+#include "guide/train/scenes/stage.h"
+
+struct hit {
+    float distance;
+    struct vec3 position, normal; /* world space; the normal is the shape's own */
+    int shape;
+};
+
+bool preview_hit(const struct stage *stage, struct vec3 origin, struct vec3 dir, float farthest, struct hit *hit);
+/* A ray of the camera through x, y in -1..1 (right, up) of a picture with this width / height. */
+struct vec3 preview_camera_dir(const struct camera_pose *camera, float x, float y, float aspect);
+
+/* What a camera sees, from its first hits alone; depths in world units, the sky counts as far. */
+struct view {
+    float nearest, near_depth, median_depth; /* 0th, 5th and 50th percentile */
+    int shapes;                              /* different shapes seen */
+    float largest_share;                     /* of the picture that one shape fills */
+    float sky_share;
+};
+struct view preview_view(const struct stage *stage, const struct camera_pose *camera, float aspect);
+
+/* Luminance: means over the picture of reflected light (without the brightest 2 %) and of what is seen directly, and
+ * the share of pixels that got light. */
+struct exposure {
+    float reflected, emitted, lit_share;
+};
+struct exposure preview_exposure(const struct stage *stage, const struct camera_pose *camera, float aspect,
+                                 struct random *random);
+
+#endif

@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* fewray info: what a scene or an EXR holds. */
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
+
+#include "pipeline/command.h"
+#include "pipeline/options.h"
+#include "pipeline/pipeline.h"
+
+static bool is_exr(const char *path) {
+    static const unsigned char magic[4] = {0x76, 0x2f, 0x31, 0x01};
+    unsigned char start[4];
+    const char *dot = strrchr(path, '.');
+    if (dot && !strcasecmp(dot, ".exr"))
+        return true;
+    FILE *file = fopen(path, "rb");
+    const bool same = file && fread(start, 1, 4, file) == 4 && !memcmp(start, magic, 4);
+    if (file)
+        fclose(file);
+    return same;
+}
+
+static void print_channel(const struct fewray_plane *plane, size_t count) {
+    double sum = 0, least = INFINITY, most = -INFINITY;
+    size_t finite = 0;
+    for (size_t i = 0; i < count; i++) {
+        const double value = plane->data[i];
+        if (!isfinite(value))
+            continue;
+        finite++;
+        sum += value;
+        least = fmin(least, value);
+        most = fmax(most, value);
+    }
+    if (finite)
+        printf("  %-24s %12.5g %12.5g %12.5g", plane->name, least, sum / (double)finite, most);
+    else
+        printf("  %-24s %12s %12s %12s", plane->name, "-", "-", "-");
+    printf(" %12zu\n", count - finite);
+}
+
+static void print_layers(const struct fewray_frame *frame) {
+    static const char *const names[FEWRAY_LAYER_COUNT] = {
+        "color", "noisy", "variance", "albedo", "normal", "depth", "emission", "irradiance"};
+    float *planes[3];
+    printf("layers:");
+    for (int layer = 0; layer < FEWRAY_LAYER_COUNT; layer++)
+        if (fewray_frame_layer(frame, layer, planes))
+            printf(" %s", names[layer]);
+    putchar('\n');
+}
+
+static int info_exr(const char *path, struct fewray_error *error) {
+    struct fewray_frame *frame;
+    const int status = fewray_frame_read_exr(path, &frame, error);
+    if (status)
+        return status;
+    printf("%s: EXR, %dx%d pixels, %zu channels\n", path, frame->width, frame->height,
+           frame->plane_count);
+    print_layers(frame);
+    printf("  %-24s %12s %12s %12s %12s\n", "channel", "min", "mean", "max", "non-finite");
+    for (size_t i = 0; i < frame->plane_count; i++)
+        print_channel(&frame->planes[i], (size_t)frame->width * (size_t)frame->height);
+    fewray_frame_destroy(&frame);
+    return FEWRAY_OK;
+}
+
+static int info_scene(const char *path, const struct text_list *defines,
+                      struct fewray_error *error) {
+    const struct fewray_scene_options options = {.defines = defines->items,
+                                                 .define_count = defines->count};
+    struct fewray_scene *scene;
+    const int status = fewray_scene_load(path, &options, &scene, error);
+    if (status)
+        return status;
+    const struct fewray_scene_summary summary = fewray_scene_summarize(scene);
+    printf("%s: scene\n", path);
+    printf("  %-14s %dx%d pixels, %d spp\n", "film", summary.width, summary.height,
+           summary.sample_count);
+    if (summary.max_depth < 0)
+        printf("  %-14s no limit\n", "max_depth");
+    else
+        printf("  %-14s %d\n", "max_depth", summary.max_depth);
+    printf("  %-14s %d, %lld triangles\n", "meshes", summary.meshes, summary.triangles);
+    printf("  %-14s %d\n", "materials", summary.materials);
+    printf("  %-14s %d\n", "textures", summary.textures);
+    printf("  %-14s %d\n", "emitters", summary.emitters);
+    for (int i = 0; i < summary.warning_count; i++)
+        printf("  %-14s %s\n", "warning", summary.warnings[i]);
+    fewray_scene_destroy(&scene);
+    return FEWRAY_OK;
+}
+
+int cmd_info(int argc, char **argv) {
+    struct text_list defines = {.count = 0};
+    const struct option_spec specs[] = {
+        {"define", 'D', OPTION_DEFINE, &defines, "NAME=VALUE", "for $NAME in the scene", 0, 0,
+         NULL},
+        {0},
+    };
+    const struct command_line line = {
+        "info",
+        "SCENE|FILE.exr [options]",
+        "Prints what a scene holds, or the size, layers and channels of an EXR.",
+        specs,
+        1,
+        1};
+    int first_file;
+    const enum parse_result parsed = parse_command_line(&line, argc, argv, &first_file);
+    if (parsed != PARSE_OK)
+        return parsed == PARSE_HELP ? EXIT_DONE : EXIT_WRONG_COMMAND_LINE;
+    const char *path = argv[first_file];
+    struct fewray_error error;
+    const int status = is_exr(path) ? info_exr(path, &error) : info_scene(path, &defines, &error);
+    return status ? report_failure(&error) : EXIT_DONE;
+}

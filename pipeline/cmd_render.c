@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* fewray render */
+
+#include <stdio.h>
+
+#include "pipeline/command.h"
+#include "pipeline/interrupt.h"
+#include "pipeline/options.h"
+#include "pipeline/outputs.h"
+#include "pipeline/pipeline.h"
+#include "pipeline/progress.h"
+
+enum {
+    SIZE_MAX_PIXELS = 65536,
+    SPP_MAX = 65536,
+    THREADS_MAX = 1024,
+    DEPTH_MAX = 65536,
+    DEPTH_NOT_GIVEN = -2
+};
+#define PIXELS_MAX (1ll << 28)
+
+enum { GUIDE_OFF, GUIDE_ODIS };
+static const char *const GUIDES[] = {"off", "odis", NULL};
+static const char *const SWITCH[] = {"off", "on", NULL};
+static const char *const ISAS[] = {"auto", "plain", "avx2", "avx512", NULL};
+
+struct render_options {
+    struct fewray_job job;
+    struct text_list defines;
+    int guide, denoise, isa;
+    bool verbose;
+};
+
+static enum parse_result parse(struct render_options *options, int argc, char **argv,
+                               int *first_file) {
+    struct fewray_job *job = &options->job;
+    struct fewray_render_settings *settings = &job->settings;
+    const struct option_spec specs[] = {
+        {"output", 'o', OPTION_TEXT, &job->outputs.exr, "OUT.exr", "the picture and its layers", 0,
+         0, NULL},
+        {"spp", 0, OPTION_INT, &settings->spp, "N", "samples a pixel, the first look included (4)",
+         1, SPP_MAX, NULL},
+        {"initial", 0, OPTION_INT, &settings->initial, "N",
+         "samples a pixel of the guide's first look (1)", 1, SPP_MAX, NULL},
+        {"guide", 0, OPTION_CHOICE, &options->guide, NULL,
+         "guide the samples after the first look (odis)", 0, 0, GUIDES},
+        {"denoise", 0, OPTION_CHOICE, &options->denoise, NULL, "filter the picture (on)", 0, 0,
+         SWITCH},
+        {"max-depth", 0, OPTION_INT, &settings->max_depth, "D",
+         "path length, 1 = emission only, -1 = no limit", -1, DEPTH_MAX, NULL},
+        {"width", 0, OPTION_INT, &settings->width, "W", "pixels; alone: the scene's aspect is kept",
+         1, SIZE_MAX_PIXELS, NULL},
+        {"height", 0, OPTION_INT, &settings->height, "H", "pixels", 1, SIZE_MAX_PIXELS, NULL},
+        {"seed", 0, OPTION_SEED, &settings->seed, "S", "another seed, another noise", 0, 0, NULL},
+        {"threads", 0, OPTION_INT, &settings->threads, "N", "all cores if not given", 1,
+         THREADS_MAX, NULL},
+        {"define", 'D', OPTION_DEFINE, &options->defines, "NAME=VALUE", "for $NAME in the scene", 0,
+         0, NULL},
+        {"stats", 0, OPTION_TEXT, &job->outputs.stats, "STATS.json",
+         "seconds and counts of the run", 0, 0, NULL},
+        {"png", 0, OPTION_TEXT, &job->outputs.png, "OUT.png", "the picture in sRGB as well", 0, 0,
+         NULL},
+        {"float", 0, OPTION_FLAG, &job->outputs.float32, NULL,
+         "32-bit floats in the EXR instead of half", 0, 0, NULL},
+        {"bsdf-fraction", 0, OPTION_FLOAT, &settings->bsdf_fraction, "F",
+         "of guided samples drawn from the BSDF", 1e-3, 1, NULL},
+        {"look-weight", 0, OPTION_FLOAT, &settings->look_weight, "F",
+         "weight of the first look in the picture", 0, 1, NULL},
+        {"guide-weights", 0, OPTION_TEXT, &settings->weights_path, "FILE",
+         "another network for the guide", 0, 0, NULL},
+        {"denoise-weights", 0, OPTION_TEXT, &job->denoise.weights_path, "FILE",
+         "another network for the denoiser", 0, 0, NULL},
+        {"isa", 0, OPTION_CHOICE, &options->isa, NULL, "highest instruction set of the denoiser", 0,
+         0, ISAS},
+        {"verbose", 'v', OPTION_FLAG, &options->verbose, NULL, "tell what was done", 0, 0, NULL},
+        {0},
+    };
+    const struct command_line line = {
+        "render",
+        "SCENE -o OUT.exr [options]",
+        "Renders a scene by few samples a pixel, guided and denoised.",
+        specs,
+        1,
+        1};
+    return parse_command_line(&line, argc, argv, first_file);
+}
+
+/* What no single option can tell. Returns an exit code. */
+static int check(const struct render_options *options) {
+    const struct fewray_render_settings *settings = &options->job.settings;
+    const struct fewray_outputs *outputs = &options->job.outputs;
+    if (!outputs->exr)
+        return report_usage("render: no output; give -o OUT.exr");
+    if (outputs_clash(outputs))
+        return report_usage("render: two outputs have the same name; give each its own");
+    if (settings->max_depth == 0)
+        return report_usage("render: --max-depth can't be 0; it takes -1 or 1..%d", DEPTH_MAX);
+    if ((long long)settings->width * settings->height > PIXELS_MAX)
+        return report_usage(
+            "render: %dx%d are more than %lld pixels; give a smaller --width and --height",
+            settings->width, settings->height, PIXELS_MAX);
+    return EXIT_DONE;
+}
+
+static void tell_run(const struct fewray_run_stats *stats) {
+    fprintf(stderr,
+            "%dx%d, %d spp, %d threads: load %.2f s, bvh %.2f s, look %.2f s, guide %.2f s, render "
+            "%.2f s, "
+            "denoise %.2f s, write %.2f s; %.1f M rays/s; %lld samples dropped\n",
+            stats->width, stats->height, stats->spp, stats->threads, stats->load_s, stats->bvh_s,
+            stats->initial_s, stats->guide_s, stats->render_s, stats->denoise_s, stats->write_s,
+            1e-6 * (double)stats->counts.rays / (stats->initial_s + stats->render_s + 1e-9),
+            stats->counts.dropped);
+}
+
+/* Warnings come after the work, but the bar may still stand. */
+static void warn_below_bar(void *user, const char *text) {
+    progress_end(user);
+    report_warning(NULL, text);
+}
+
+int cmd_render(int argc, char **argv) {
+    struct render_options options = {.guide = GUIDE_ODIS, .denoise = 1};
+    fewray_job_init(&options.job);
+    int first_file;
+    options.job.settings.max_depth = DEPTH_NOT_GIVEN;
+    const enum parse_result parsed = parse(&options, argc, argv, &first_file);
+    if (parsed != PARSE_OK)
+        return parsed == PARSE_HELP ? EXIT_DONE : EXIT_WRONG_COMMAND_LINE;
+    const int code = check(&options);
+    if (code)
+        return code;
+    if (options.job.settings.max_depth == DEPTH_NOT_GIVEN)
+        options.job.settings.max_depth = 0;
+
+    struct progress progress;
+    progress_start(&progress);
+    struct fewray_job *job = &options.job;
+    job->scene_path = argv[first_file];
+    job->scene.defines = options.defines.items;
+    job->scene.define_count = options.defines.count;
+    job->settings.progress = progress_update;
+    job->settings.progress_user = &progress;
+    job->settings.cancel = interrupt_watch();
+    job->warn = warn_below_bar;
+    job->warn_user = &progress;
+    job->guided = options.guide == GUIDE_ODIS;
+    job->denoised = options.denoise;
+    job->denoise.isa = ISAS[options.isa];
+
+    struct fewray_run_stats stats;
+    struct fewray_error error;
+    const int status = fewray_job_run(job, NULL, &stats, &error);
+    progress_end(&progress);
+    if (status)
+        return report_failure(&error);
+    if (options.verbose)
+        tell_run(&stats);
+    return EXIT_DONE;
+}

@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The `fewray` command: finds the subcommand and hands over. */
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "pipeline/command.h"
+
+static const struct {
+    const char *name, *about;
+    int (*run)(int argc, char **argv);
+} COMMANDS[] = {
+    {"render", "scene to picture: guided, denoised", cmd_render},
+    {"denoise", "noisy EXR to clean EXR", cmd_denoise},
+    {"compare", "error of a picture against a reference", cmd_compare},
+    {"composite", "before/after PNG with error maps and crops", cmd_composite},
+    {"info", "what a scene or an EXR holds", cmd_info},
+};
+enum { COMMAND_COUNT = sizeof COMMANDS / sizeof *COMMANDS };
+
+static void print_help(void) {
+    puts("usage: fewray COMMAND ...\n\n"
+         "Turns a few paths per pixel into a finished picture: a guided path tracer and a\n"
+         "kernel-predicting denoiser.\n\ncommands:");
+    for (int i = 0; i < COMMAND_COUNT; i++)
+        printf("  %-12s %s\n", COMMANDS[i].name, COMMANDS[i].about);
+    puts("\n`fewray COMMAND --help` tells the options. Exit codes: 0 done, 1 the work failed,\n"
+         "2 the command line is wrong.");
+}
+
+static int dispatch(int argc, char **argv) {
+    if (argc < 2)
+        return report_usage(
+            "give a command: render, denoise, compare, composite or info (see `fewray --help`)");
+    if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h")) {
+        print_help();
+        return EXIT_DONE;
+    }
+    if (!strcmp(argv[1], "--version")) {
+        puts("fewray " FEWRAY_VERSION);
+        return EXIT_DONE;
+    }
+    for (int i = 0; i < COMMAND_COUNT; i++)
+        if (!strcmp(argv[1], COMMANDS[i].name))
+            return COMMANDS[i].run(argc - 1, argv + 1);
+    return report_usage(
+        "there is no command '%s'; render, denoise, compare, composite and info are there",
+        argv[1]);
+}
+
+int main(int argc, char **argv) {
+    const int code = dispatch(argc, argv);
+    if (fflush(stdout) && code == EXIT_DONE) {
+        struct fewray_error error;
+        fewray_fail(&error, FEWRAY_ERROR_IO, "stdout", 0, "can't be written: %s", strerror(errno));
+        return report_failure(&error);
+    }
+    return code;
+}

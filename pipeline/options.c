@@ -1,0 +1,218 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* getopt_long driven by a table of options; every value is checked to the last character. */
+
+#include "pipeline/options.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <getopt.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "pipeline/command.h"
+
+enum { OPTIONS_MAX = 40, HELP_CODE = 1000, FIRST_CODE = 1001 };
+
+static bool parse_int(const struct option_spec *option, const char *text) {
+    char *end;
+    errno = 0;
+    const long value = strtol(text, &end, 10);
+    if (errno || end == text || *end || isspace((unsigned char)*text) || value < option->least ||
+        value > option->most)
+        return false;
+    *(int *)option->value = (int)value;
+    return true;
+}
+
+static bool parse_seed(const struct option_spec *option, const char *text) {
+    char *end;
+    errno = 0;
+    const unsigned long long value = strtoull(text, &end, 10);
+    if (errno || *end || !isdigit((unsigned char)*text)) /* strtoull takes "-1" */
+        return false;
+    *(uint64_t *)option->value = value;
+    return true;
+}
+
+static bool parse_float(const struct option_spec *option, const char *text) {
+    char *end;
+    const double value = strtod(text, &end);
+    if (end == text || *end || isspace((unsigned char)*text) ||
+        !(value >= option->least && value <= option->most))
+        return false;
+    *(float *)option->value = (float)value;
+    return true;
+}
+
+static bool parse_choice(const struct option_spec *option, const char *text) {
+    for (int i = 0; option->choices[i]; i++)
+        if (!strcmp(option->choices[i], text)) {
+            *(int *)option->value = i;
+            return true;
+        }
+    return false;
+}
+
+static bool parse_list(const struct option_spec *option, const char *text) {
+    struct text_list *list = option->value;
+    if (list->count == TEXT_LIST_MAX)
+        return false;
+    list->items[list->count++] = text;
+    return true;
+}
+
+static bool parse_value(const struct option_spec *option, const char *text) {
+    switch (option->kind) {
+    case OPTION_FLAG:
+        *(bool *)option->value = true;
+        return true;
+    case OPTION_TEXT:
+        *(const char **)option->value = text;
+        return *text != 0;
+    case OPTION_INT:
+        return parse_int(option, text);
+    case OPTION_SEED:
+        return parse_seed(option, text);
+    case OPTION_FLOAT:
+        return parse_float(option, text);
+    case OPTION_CHOICE:
+        return parse_choice(option, text);
+    case OPTION_LIST:
+        return parse_list(option, text);
+    case OPTION_DEFINE:
+        return strchr(text, '=') && *text != '=' && parse_list(option, text);
+    }
+    return false;
+}
+
+/* What the option takes, for messages and help: "on|off", "1..64", "a text". */
+static const char *describe_value(const struct option_spec *option, char *text, size_t size) {
+    size_t used = 0;
+    switch (option->kind) {
+    case OPTION_INT:
+    case OPTION_FLOAT:
+        snprintf(text, size, "%g..%.15g", option->least, option->most);
+        break;
+    case OPTION_SEED:
+        snprintf(text, size, "0..%llu", ULLONG_MAX);
+        break;
+    case OPTION_CHOICE:
+        text[0] = 0;
+        for (int i = 0; option->choices[i] && used < size; i++)
+            used += (size_t)snprintf(text + used, size - used, "%s%s", i ? "|" : "",
+                                     option->choices[i]);
+        break;
+    case OPTION_DEFINE:
+        snprintf(text, size, "NAME=VALUE, at most %d times", TEXT_LIST_MAX);
+        break;
+    case OPTION_LIST:
+        snprintf(text, size, "at most %d of them", TEXT_LIST_MAX);
+        break;
+    case OPTION_FLAG:
+    case OPTION_TEXT:
+        snprintf(text, size, "a text that isn't empty");
+    }
+    return text;
+}
+
+static void print_option(const struct option_spec *option) {
+    char left[80], takes[80];
+    const char *value = option->kind == OPTION_CHOICE ? describe_value(option, takes, sizeof takes)
+                                                      : option->metavar;
+    char letter[8] = "";
+    if (option->letter)
+        snprintf(letter, sizeof letter, "-%c, ", option->letter);
+    snprintf(left, sizeof left, "%s--%s %s", letter, option->name, value ? value : "");
+    printf("  %-34s %s\n", left, option->help);
+}
+
+static void print_help(const struct command_line *line) {
+    printf("usage: fewray %s %s\n\n%s\n\noptions:\n", line->name, line->synopsis, line->about);
+    for (const struct option_spec *option = line->options; option->name; option++)
+        print_option(option);
+    printf("  %-34s %s\n", "--help", "this text");
+}
+
+/* The table as getopt_long wants it; returns the number of options. */
+static int make_getopt_table(const struct command_line *line, struct option longs[],
+                             char *letters) {
+    int count = 0;
+    char *letter = letters;
+    *letter++ = ':'; /* a missing value is told apart from an unknown option */
+    for (; line->options[count].name; count++) {
+        const struct option_spec *option = &line->options[count];
+        const int takes = option->kind == OPTION_FLAG ? no_argument : required_argument;
+        longs[count] = (struct option){option->name, takes, NULL, FIRST_CODE + count};
+        if (option->letter) {
+            *letter++ = option->letter;
+            if (takes == required_argument)
+                *letter++ = ':';
+        }
+    }
+    *letter = 0;
+    longs[count] = (struct option){"help", no_argument, NULL, HELP_CODE};
+    longs[count + 1] = (struct option){0};
+    return count;
+}
+
+static const struct option_spec *find_option(const struct command_line *line, int code) {
+    if (code >= FIRST_CODE)
+        return &line->options[code - FIRST_CODE];
+    for (const struct option_spec *option = line->options; option->name; option++)
+        if (option->letter && option->letter == code)
+            return option;
+    return NULL;
+}
+
+static enum parse_result wrong_option(const struct command_line *line, int code, char **argv) {
+    const struct option_spec *option = find_option(line, optopt);
+    if (code == ':' && option)
+        report_usage("%s: --%s needs a value %s", line->name, option->name,
+                     option->metavar ? option->metavar : "");
+    else if (option || optopt == HELP_CODE)
+        report_usage("%s: --%s takes no value", line->name, option ? option->name : "help");
+    else if (optopt)
+        report_usage("%s: there is no option -%c; `fewray %s --help` lists them", line->name,
+                     optopt, line->name);
+    else
+        report_usage("%s: there is no option %s; `fewray %s --help` lists them", line->name,
+                     argv[optind - 1], line->name);
+    return PARSE_WRONG;
+}
+
+enum parse_result parse_command_line(const struct command_line *line, int argc, char **argv,
+                                     int *first_file) {
+    struct option longs[OPTIONS_MAX + 2];
+    char letters[2 * OPTIONS_MAX + 2];
+    make_getopt_table(line, longs, letters);
+    opterr = 0;
+    optind = 0; /* glibc: forget an earlier call */
+    for (int code; (code = getopt_long(argc, argv, letters, longs, NULL)) != -1;) {
+        if (code == HELP_CODE) {
+            print_help(line);
+            return PARSE_HELP;
+        }
+        if (code == '?' || code == ':')
+            return wrong_option(line, code, argv);
+        const struct option_spec *option = find_option(line, code);
+        if (!parse_value(option, optarg)) {
+            char takes[80];
+            report_usage("%s: --%s can't be '%s'; it takes %s", line->name, option->name, optarg,
+                         describe_value(option, takes, sizeof takes));
+            return PARSE_WRONG;
+        }
+    }
+    *first_file = optind;
+    const int files = argc - optind;
+    if (files < line->least_files)
+        report_usage("%s: too few files; usage: fewray %s %s", line->name, line->name,
+                     line->synopsis);
+    else if (files > line->most_files)
+        report_usage("%s: '%s' is a file too many; usage: fewray %s %s", line->name,
+                     argv[optind + line->most_files], line->name, line->synopsis);
+    else
+        return PARSE_OK;
+    return PARSE_WRONG;
+}

@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Output files are staged under temporary names and renamed together: a failure leaves none of
+ * them. */
+
+#include "pipeline/outputs.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "pipeline/clock.h"
+#include "pipeline/stats.h"
+
+enum { OUTPUT_MAX = 3 };
+
+struct staged_file {
+    const char *path;
+    char *temporary;
+};
+
+static bool same_name(const char *a, const char *b) {
+    return a && b && !strcmp(a, b);
+}
+
+bool outputs_clash(const struct fewray_outputs *outputs) {
+    return same_name(outputs->exr, outputs->png) || same_name(outputs->exr, outputs->stats) ||
+           same_name(outputs->png, outputs->stats);
+}
+
+static int check_path(const char *path, struct fewray_error *error) {
+    struct stat info;
+    if (!stat(path, &info) && !S_ISREG(info.st_mode))
+        return fewray_fail(error, FEWRAY_ERROR_IO, path, 0,
+                           "this is no regular file; give another name for the output");
+    char *temporary = fewray_temporary_name(path);
+    if (!temporary)
+        return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for a file name");
+    const int file = open(temporary, O_CREAT | O_WRONLY | O_CLOEXEC, 0666);
+    const int fault = errno;
+    if (file >= 0) {
+        close(file);
+        unlink(temporary);
+    }
+    free(temporary);
+    return file >= 0 ? FEWRAY_OK
+                     : fewray_fail(error, FEWRAY_ERROR_IO, path, 0,
+                                   "can't be written: %s; check the folder and its permissions",
+                                   strerror(fault));
+}
+
+int outputs_check(const struct fewray_outputs *outputs, struct fewray_error *error) {
+    const char *const paths[OUTPUT_MAX] = {outputs->exr, outputs->png, outputs->stats};
+    int status = FEWRAY_OK;
+    for (int i = 0; i < OUTPUT_MAX && !status; i++)
+        if (paths[i])
+            status = check_path(paths[i], error);
+    return status;
+}
+
+/* Names the temporary file of the next output in list, or returns NULL without memory. */
+static const char *stage(struct staged_file *list, int *count, const char *path,
+                         struct fewray_error *error) {
+    char *temporary = fewray_temporary_name(path);
+    if (!temporary)
+        fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for a file name");
+    else
+        list[(*count)++] = (struct staged_file){path, temporary};
+    return temporary;
+}
+
+static int stage_all(const struct fewray_outputs *outputs, const struct fewray_frame *frame,
+                     struct fewray_run_stats *stats, double start, struct staged_file *list,
+                     int *count, struct fewray_error *error) {
+    double lap = clock_seconds();
+    int status = FEWRAY_OK;
+    const char *temporary;
+    if (outputs->exr) {
+        if (!(temporary = stage(list, count, outputs->exr, error)))
+            return FEWRAY_ERROR_MEMORY;
+        status = fewray_frame_write_exr(frame, temporary, outputs->float32, error);
+    }
+    if (!status && outputs->png) {
+        if (!(temporary = stage(list, count, outputs->png, error)))
+            return FEWRAY_ERROR_MEMORY;
+        status = fewray_frame_write_png(frame, temporary, error);
+    }
+    stats->write_s = clock_lap(&lap);
+    stats->total_s = lap - start;
+    if (!status && outputs->stats) {
+        if (!(temporary = stage(list, count, outputs->stats, error)))
+            return FEWRAY_ERROR_MEMORY;
+        status = stats_write(stats, temporary, error);
+    }
+    return status;
+}
+
+int outputs_write(const struct fewray_outputs *outputs, const struct fewray_frame *frame,
+                  struct fewray_run_stats *stats, double start, struct fewray_error *error) {
+    struct staged_file list[OUTPUT_MAX];
+    int count = 0;
+    int status = stage_all(outputs, frame, stats, start, list, &count, error);
+    if (status && count > 0 && error) /* the user knows the output, not its temporary name */
+        snprintf(error->file, sizeof error->file, "%s", list[count - 1].path);
+    for (int i = 0; i < count; i++) {
+        if (!status)
+            status = fewray_commit_file(list[i].temporary, list[i].path, error);
+        else
+            unlink(list[i].temporary);
+        free(list[i].temporary);
+    }
+    return status;
+}

@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef FEWRAY_PIPELINE_H
+#define FEWRAY_PIPELINE_H
+
+/* The whole way from a scene file to a finished picture in one call, and the judging of pictures:
+ * metrics and before/after composites. What the `fewray` command does, for programs. */
+
+#include "denoise/denoise.h"
+#include "guide/guide.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* --- one call from scene.xml to picture.exr */
+
+/* Files to leave; NULL where not wanted. Either all of them appear or none. */
+struct fewray_outputs {
+    const char *exr;   /* every layer of the frame */
+    const char *png;   /* R, G, B as an 8-bit sRGB picture */
+    const char *stats; /* struct fewray_run_stats as JSON */
+    bool float32;      /* 32-bit floats in the EXR instead of half */
+};
+
+struct fewray_job {
+    const char *scene_path;
+    struct fewray_scene_options scene;      /* its threads are ignored: settings.threads counts */
+    struct fewray_render_settings settings; /* threads, progress and cancel hold for every step */
+    bool guided, denoised;
+    struct fewray_denoise_options
+        denoise; /* its threads, progress and cancel are ignored, as above */
+    struct fewray_outputs outputs;
+    void (*warn)(
+        void *user,
+        const char *text); /* NULL; called after success, once for each warning of the scene */
+    void *warn_user;
+};
+/* 4 samples a pixel, guided and denoised, no outputs. */
+FEWRAY_API void fewray_job_init(struct fewray_job *job);
+
+/* Seconds are of wall time; a step that was left out took 0. */
+struct fewray_run_stats {
+    double load_s, bvh_s, initial_s, guide_s, render_s, denoise_s, write_s, total_s;
+    int width, height, spp, threads;
+    struct fewray_render_stats counts;
+    int tiles, tiles_denoised; /* of the denoiser */
+    size_t repaired;           /* bad pixels of the file that was read; 0 for a render */
+    bool first_look_was_all;   /* a guided render whose samples were all spent on the first look */
+};
+
+/* Loads, looks, guides, renders, denoises and writes. *picture (picture may be NULL) gets the frame
+ * and is owned by the caller; stats may be NULL. Where settings.cancel ends the work, what is done
+ * so far is written all the same, without the denoiser, and FEWRAY_ERROR_CANCELLED returned. */
+FEWRAY_API int fewray_job_run(const struct fewray_job *job, struct fewray_frame **picture,
+                              struct fewray_run_stats *stats, struct fewray_error *error);
+
+/* --- metrics */
+
+/* Of x, the test, against r, the reference (linear RGB; means over pixels and channels; lower is
+ * better but for psnr). Pixels where r isn't finite are left out; a pixel where x isn't finite
+ * counts as x = 2 r + 1. NaN: not known. */
+struct fewray_metrics {
+    double mrse;         /* (x - r)^2 / (r^2 + 0.01) */
+    double mrse_trimmed; /* the same without the ceil(0.01 %) of the pixels that have the highest
+                            error */
+    double mse;          /* (x - r)^2 */
+    double mape;         /* |x - r| / (|r| + 0.01) */
+    double l1;           /* |x - r| */
+    double psnr;         /* dB, of the display images: sRGB transfer function of 0..1 */
+    /* 1 - SSIM of the display images (Wang et al. 2004, eq. 13: Gaussian window of 11 pixels, sigma
+     * 1.5, borders of 5 pixels left out); NaN below 11x11 pixels */
+    double ssim_loss;
+    /* The reference's own noise, stderr^2 / (r^2 + 0.01), where it has stderr.R/G/B. */
+    double ref_mrse;
+    double mrse_net; /* mrse - ref_mrse: about the error against a noise-free reference */
+    long long n_nonfinite, n_ref_nonfinite; /* pixels */
+};
+/* Compares the R, G, B of two frames of the same size. */
+FEWRAY_API int fewray_compare(const struct fewray_frame *test, const struct fewray_frame *reference,
+                              struct fewray_metrics *metrics, struct fewray_error *error);
+
+/* --- composites */
+
+#define FEWRAY_CROPS 3
+
+struct fewray_crop {
+    int x, y, width, height; /* pixels of the picture */
+};
+
+struct fewray_composite_options {
+    const char *caption; /* a line below the pictures; NULL */
+    float exposure;      /* in stops, before the sRGB transfer function */
+    int crop_count;      /* 0: three places are picked where error and detail are highest */
+    struct fewray_crop crops[FEWRAY_CROPS];
+};
+
+/* Draws noisy | denoised | reference (reference may be NULL) with magnified crops and, against the
+ * reference, error heat maps and metrics; writes a PNG, whole or not at all. A noisy frame that has
+ * noisy.R/G/B is shown by them, so that one frame can be both noisy and denoised. options may be
+ * NULL. */
+FEWRAY_API int fewray_composite(const struct fewray_frame *noisy,
+                                const struct fewray_frame *denoised,
+                                const struct fewray_frame *reference,
+                                const struct fewray_composite_options *options,
+                                const char *png_path, struct fewray_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,193 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The whole way of a picture: load, look, guide, render, denoise, write. */
+
+#include <string.h>
+
+#include "pipeline/clock.h"
+#include "pipeline/outputs.h"
+#include "pipeline/pipeline.h"
+#include "pipeline/stats.h"
+
+/* What the steps hand to each other. */
+struct run {
+    const struct fewray_job *job;
+    struct fewray_render_settings
+        settings; /* the job's, with the number of threads and the first look settled */
+    struct fewray_run_stats stats;
+    double start, lap; /* seconds of the monotonic clock */
+    struct fewray_scene *scene;
+    struct fewray_world *world;
+    struct fewray_film *film;
+    struct fewray_look *look;
+    struct fewray_maps *maps;
+    struct fewray_frame *frame;
+};
+
+void fewray_job_init(struct fewray_job *job) {
+    *job = (struct fewray_job){.guided = true, .denoised = true};
+    fewray_render_settings_init(&job->settings);
+    fewray_denoise_options_init(&job->denoise);
+    job->settings.spp = 4;
+    job->settings.initial = 1;
+}
+
+static void start_run(struct run *run, const struct fewray_job *job) {
+    *run = (struct run){.job = job, .settings = job->settings};
+    struct fewray_render_settings *settings = &run->settings;
+    settings->threads = stats_threads(settings->threads);
+    if (settings->initial > settings->spp)
+        settings->initial = settings->spp;
+    run->stats.threads = settings->threads;
+    run->stats.spp = settings->spp;
+    run->stats.first_look_was_all = job->guided && settings->initial == settings->spp;
+    run->start = run->lap = clock_seconds();
+}
+
+/* Scene file to acceleration structure and empty film. */
+static int load(struct run *run, struct fewray_error *error) {
+    struct fewray_scene_options options = run->job->scene;
+    options.threads = run->settings.threads;
+    int status = fewray_scene_load(run->job->scene_path, &options, &run->scene, error);
+    run->stats.load_s = clock_lap(&run->lap);
+    if (status)
+        return status;
+    status = fewray_world_create(run->scene, run->settings.threads, &run->world, error);
+    if (!status)
+        status = fewray_film_create(run->world, &run->settings, &run->film, error);
+    run->stats.bvh_s = clock_lap(&run->lap);
+    return status;
+}
+
+/* The first samples of each pixel, and what they saw. */
+static int look(struct run *run, struct fewray_error *error) {
+    if (!run->job->guided)
+        return FEWRAY_OK;
+    const int status = fewray_trace_look(run->world, &run->settings, run->film, &run->look,
+                                         &run->stats.counts, error);
+    run->stats.initial_s = clock_lap(&run->lap);
+    return status;
+}
+
+/* Sampling maps; also where no sample is left for them, because the irradiance layer comes from
+ * them. */
+static int guide(struct run *run, struct fewray_error *error) {
+    if (!run->job->guided)
+        return FEWRAY_OK;
+    const int status =
+        fewray_maps_create(run->look, &run->settings, &run->maps, &run->stats.counts, error);
+    fewray_look_destroy(&run->look);
+    run->stats.guide_s = clock_lap(&run->lap);
+    return status;
+}
+
+/* The film's sums become the picture and its feature layers. */
+static int develop(struct run *run, struct fewray_error *error) {
+    const int status = fewray_film_frame(run->film, run->maps, &run->frame, error);
+    if (!status) {
+        run->stats.width = run->frame->width;
+        run->stats.height = run->frame->height;
+    }
+    return status;
+}
+
+/* The remaining samples. */
+static int render(struct run *run, struct fewray_error *error) {
+    int status = fewray_trace_rest(run->world, run->maps, &run->settings, run->film,
+                                   &run->stats.counts, error);
+    if (!status)
+        status = develop(run, error);
+    run->stats.render_s = clock_lap(&run->lap);
+    return status;
+}
+
+static void denoise_progress(void *user, double fraction) {
+    const struct fewray_render_settings *settings = user;
+    settings->progress(settings->progress_user, "denoise", fraction);
+}
+
+/* R, G, B become the filtered picture; what they were is kept as noisy.R, noisy.G, noisy.B. */
+static int denoise(struct run *run, struct fewray_error *error) {
+    if (!run->job->denoised)
+        return FEWRAY_OK;
+    struct fewray_denoise_options options = run->job->denoise;
+    options.threads = run->settings.threads;
+    options.cancel = run->settings.cancel;
+    options.progress = run->settings.progress ? denoise_progress : NULL;
+    options.progress_user = &run->settings;
+    struct fewray_denoiser *denoiser = NULL;
+    struct fewray_denoise_stats stats = {0};
+    int status = fewray_denoiser_create(&options, &denoiser, error);
+    if (!status)
+        status = fewray_denoise_frame(denoiser, run->frame, &stats, error);
+    fewray_denoiser_destroy(&denoiser);
+    run->stats.tiles = stats.tiles;
+    run->stats.tiles_denoised = stats.tiles_denoised;
+    run->stats.denoise_s = clock_lap(&run->lap);
+    return status;
+}
+
+static int write(struct run *run, struct fewray_error *error) {
+    const int status =
+        outputs_write(&run->job->outputs, run->frame, &run->stats, run->start, error);
+    run->lap = clock_seconds();
+    return status;
+}
+
+/* A cancelled run still leaves the samples that it has. Returns FEWRAY_ERROR_CANCELLED, or why it
+ * couldn't. */
+static int write_what_is_done(struct run *run, struct fewray_error *error) {
+    int status = run->film ? FEWRAY_OK : FEWRAY_ERROR_CANCELLED;
+    if (!status && !run->frame)
+        status = develop(run, error);
+    if (!status)
+        status = write(run, error);
+    if (status && status != FEWRAY_ERROR_CANCELLED)
+        return status;
+    return fewray_fail(error, FEWRAY_ERROR_CANCELLED, run->job->scene_path, 0, "interrupted; %s",
+                       run->frame ? "what was done is written"
+                                  : "nothing was done yet, so nothing is written");
+}
+
+static void tell_warnings(const struct run *run) {
+    const struct fewray_scene_summary summary = fewray_scene_summarize(run->scene);
+    for (int i = 0; i < summary.warning_count; i++)
+        run->job->warn(run->job->warn_user, summary.warnings[i]);
+}
+
+static void end_run(struct run *run) {
+    fewray_frame_destroy(&run->frame);
+    fewray_maps_destroy(&run->maps);
+    fewray_look_destroy(&run->look);
+    fewray_film_destroy(&run->film);
+    fewray_world_destroy(&run->world);
+    fewray_scene_destroy(&run->scene);
+}
+
+int fewray_job_run(const struct fewray_job *job, struct fewray_frame **picture,
+                   struct fewray_run_stats *stats, struct fewray_error *error) {
+    if (picture)
+        *picture = NULL;
+    int status = outputs_check(&job->outputs, error);
+    if (status)
+        return status;
+
+    struct run run;
+    start_run(&run, job);
+    if ((status = load(&run, error)) || (status = look(&run, error)) ||
+        (status = guide(&run, error)) || (status = render(&run, error)) ||
+        (status = denoise(&run, error)) || (status = write(&run, error))) {
+        if (status == FEWRAY_ERROR_CANCELLED)
+            status = write_what_is_done(&run, error);
+    } else if (job->warn) {
+        tell_warnings(&run);
+    }
+
+    if (picture && (!status || status == FEWRAY_ERROR_CANCELLED)) {
+        *picture = run.frame;
+        run.frame = NULL;
+    }
+    if (stats)
+        *stats = run.stats;
+    end_run(&run);
+    return status;
+}

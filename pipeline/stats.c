@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Statistics as JSON, by jansson. */
+
+#include "pipeline/stats.h"
+
+#include <errno.h>
+#include <jansson.h>
+#include <math.h>
+#include <omp.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/resource.h>
+
+int stats_threads(int threads) {
+    return threads > 0 ? threads : omp_get_num_procs();
+}
+
+static json_int_t peak_rss_bytes(void) {
+    struct rusage usage;
+    return getrusage(RUSAGE_SELF, &usage) ? 0 : (json_int_t)usage.ru_maxrss * 1024;
+}
+
+/* Microseconds are enough, and keep the file readable. */
+static void set_seconds(json_t *object, const char *key, double seconds) {
+    json_object_set_new(object, key, json_real(round(seconds * 1e6) / 1e6));
+}
+
+static void set_count(json_t *object, const char *key, long long count) {
+    json_object_set_new(object, key, json_integer(count));
+}
+
+static void add_skipped(json_t *skipped, const char *what, const char *why, long long count) {
+    if (count > 0)
+        json_array_append_new(skipped, json_pack("{s:s, s:s, s:I}", "what", what, "why", why,
+                                                 "count", (json_int_t)count));
+}
+
+/* What the scene didn't need. */
+static json_t *list_skipped(const struct fewray_run_stats *stats) {
+    const struct fewray_render_stats *counts = &stats->counts;
+    const long long pixels = (long long)stats->width * stats->height;
+    json_t *skipped = json_array();
+    add_skipped(skipped, "network on a grid point", "nothing there to guide",
+                counts->grids - counts->grids_inferred);
+    if (counts->grids > 0)
+        add_skipped(skipped, "guide of a pixel", "no map can be sampled there",
+                    pixels - counts->pixels_guided);
+    if (stats->first_look_was_all)
+        add_skipped(skipped, "guided samples", "the first look used the whole budget", pixels);
+    add_skipped(skipped, "denoiser tile", "nothing there to filter",
+                (long long)stats->tiles - stats->tiles_denoised);
+    return skipped;
+}
+
+static json_t *stats_to_json(const struct fewray_run_stats *stats) {
+    const struct fewray_render_stats *counts = &stats->counts;
+    json_t *object = json_object();
+    set_seconds(object, "load_s", stats->load_s);
+    set_seconds(object, "bvh_s", stats->bvh_s);
+    set_seconds(object, "initial_s", stats->initial_s);
+    set_seconds(object, "guide_s", stats->guide_s);
+    set_seconds(object, "render_s", stats->render_s);
+    set_seconds(object, "denoise_s", stats->denoise_s);
+    set_seconds(object, "write_s", stats->write_s);
+    set_seconds(object, "total_s", stats->total_s);
+    set_count(object, "peak_rss_bytes", peak_rss_bytes());
+    set_count(object, "threads", stats->threads);
+    set_count(object, "width", stats->width);
+    set_count(object, "height", stats->height);
+    set_count(object, "spp", stats->spp);
+    set_count(object, "paths", counts->paths);
+    set_count(object, "rays", counts->rays);
+    set_count(object, "dropped", counts->dropped);
+    set_count(object, "repaired", (long long)stats->repaired);
+    set_count(object, "grids", counts->grids);
+    set_count(object, "grids_inferred", counts->grids_inferred);
+    set_count(object, "pixels_guided", counts->pixels_guided);
+    set_count(object, "tiles", stats->tiles);
+    set_count(object, "tiles_denoised", stats->tiles_denoised);
+    json_object_set_new(object, "skipped", list_skipped(stats));
+    return object;
+}
+
+int stats_write(const struct fewray_run_stats *stats, const char *path,
+                struct fewray_error *error) {
+    json_t *object = stats_to_json(stats);
+    if (!object)
+        return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for the statistics");
+    FILE *file = fopen(path, "w");
+    bool written = file && json_dumpf(object, file, JSON_INDENT(2) | JSON_REAL_PRECISION(9)) == 0 &&
+                   fputc('\n', file) != EOF;
+    if (file && fclose(file))
+        written = false;
+    json_decref(object);
+    return written ? FEWRAY_OK
+                   : fewray_fail(error, FEWRAY_ERROR_IO, path, 0,
+                                 "the statistics can't be written: %s", strerror(errno));
+}
+
+static double number_of(const json_t *object, const char *key) {
+    return json_number_value(json_object_get(object, key));
+}
+
+int stats_read_summary(const char *path, char *text, size_t size, struct fewray_error *error) {
+    json_error_t fault;
+    json_t *object = json_load_file(path, 0, &fault);
+    if (!object)
+        return fewray_fail(error, FEWRAY_ERROR_FORMAT, path, fault.line > 0 ? fault.line : 0,
+                           "the statistics can't be read: %s", fault.text);
+    if (!json_is_number(json_object_get(object, "total_s"))) {
+        json_decref(object);
+        return fewray_fail(error, FEWRAY_ERROR_FORMAT, path, 0,
+                           "there is no total_s; give a file that `fewray render --stats` wrote");
+    }
+    snprintf(text, size,
+             "%.0f spp, %.2f s: look %.2f, guide %.2f, render %.2f, denoise %.2f; %.0f threads",
+             number_of(object, "spp"), number_of(object, "total_s"), number_of(object, "initial_s"),
+             number_of(object, "guide_s"), number_of(object, "render_s"),
+             number_of(object, "denoise_s"), number_of(object, "threads"));
+    json_decref(object);
+    return FEWRAY_OK;
+}

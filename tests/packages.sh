@@ -1,0 +1,25 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Debian packages that a build needs; sourced by tests/run.sh and examples/run.sh.
+# install_missing PACKAGE... installs those that aren't there, and asks for root's rights only then.
+
+BUILD_PACKAGES="cmake ninja-build gcc g++ libc6-dev pkg-config libembree-dev libopenexr-dev libopenimageio-dev
+libopencv-dev libexpat1-dev libjansson-dev zlib1g-dev"
+TEST_PACKAGES="libcmocka-dev"
+
+install_missing() {
+    missing=""
+    for package in "$@"; do
+        dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q "install ok installed" ||
+            missing="$missing $package"
+    done
+    [ -z "$missing" ] && return
+    echo "installing:$missing"
+    as_root=""
+    if [ "$(id -u)" -ne 0 ]; then
+        command -v sudo >/dev/null || { echo "please install, as root: apt-get install -y$missing" >&2; exit 1; }
+        as_root="sudo"
+    fi
+    $as_root apt-get update -q
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $missing
+}

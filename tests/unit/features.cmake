@@ -1,0 +1,3 @@
+# SPDX-License-Identifier: Apache-2.0
+fewray_unit_test(frame fewray_features)
+fewray_unit_test(image fewray_features)

@@ -1,0 +1,174 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The built command from outside: exit codes, one line on stderr, files that appear all or not at
+ * all. */
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+#include <jansson.h>
+
+#include "features/features.h"
+
+#define SCENE EXAMPLES "/cornell-box.xml"
+
+static char folder[] = "command-XXXXXX";
+
+/* Runs the command in the folder; messages gets what it wrote on stderr. Returns its exit code. */
+static int run(char *messages, size_t size, const char *arguments) {
+    char line[2048];
+    snprintf(line, sizeof line, "cd %s && %s %s > out.txt 2> err.txt < /dev/null", folder,
+             FEWRAY_COMMAND, arguments);
+    const int status = system(line);
+    char path[64];
+    snprintf(path, sizeof path, "%s/err.txt", folder);
+    FILE *file = fopen(path, "r");
+    assert_non_null(file);
+    messages[fread(messages, 1, size - 1, file)] = 0;
+    fclose(file);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+static bool exists(const char *name) {
+    char path[128];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    return access(path, F_OK) == 0;
+}
+
+static void expect_error(const char *arguments, int code, const char *named) {
+    char messages[4096];
+    const int got = run(messages, sizeof messages, arguments);
+    if (got != code)
+        fail_msg("%s: exit %d, expected %d: %s", arguments, got, code, messages);
+    const char *end = strchr(messages, '\n');
+    if (strncmp(messages, "fewray: ", 8) || !end || end[1])
+        fail_msg("%s: not one line: %s", arguments, messages);
+    if (named && !strstr(messages, named))
+        fail_msg("%s: doesn't name %s: %s", arguments, named, messages);
+}
+
+static void expect_success(const char *arguments) {
+    char messages[4096];
+    if (run(messages, sizeof messages, arguments))
+        fail_msg("%s: %s", arguments, messages);
+}
+
+static void test_wrong_command_lines_exit_2_with_one_line(void **state) {
+    (void)state;
+    static const char *const wrong[] = {
+        "",
+        "frobnicate",
+        "'new\nline'",
+        "render -o out.exr",
+        "render " SCENE,
+        "render " SCENE " -o ''",
+        "render " SCENE " -o out.exr --spp 0",
+        "render " SCENE " -o out.exr --max-depth 0",
+        "render " SCENE " -o out.exr --max-depth -2",
+        "render " SCENE " -o out.exr --width 65536 --height 65536",
+        "render " SCENE " -o out.exr -D novalue",
+        "render " SCENE " -o out.exr --png out.exr",
+        "denoise -o out.exr",
+        "denoise in.exr",
+        "denoise in.exr -o out.exr --layers frobnicate",
+        "compare one.exr",
+        "compare one.exr two.exr three.exr",
+        "composite one.exr two.exr",
+        "composite one.exr two.exr -o out.png --crop 1,2,3",
+        "composite one.exr two.exr -o out.png --crop 1,2,3,4x",
+        "info",
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        expect_error(wrong[i], 2, NULL);
+    assert_false(exists("out.exr"));
+}
+
+static void test_failed_work_exits_1_and_names_the_file(void **state) {
+    (void)state;
+    expect_error("render nowhere.xml -o out.exr", 1, "nowhere.xml");
+    expect_error("render " SCENE " -o none/out.exr", 1, "none/out.exr");
+    expect_error("render " SCENE " -o out.exr --stats none/out.json", 1, "none/out.json");
+    expect_error("denoise nowhere.exr -o out.exr", 1, "nowhere.exr");
+    expect_error("compare nowhere.exr other.exr", 1, "nowhere.exr");
+    expect_error("composite nowhere.exr other.exr -o out.png", 1, "nowhere.exr");
+    expect_error("info nowhere.exr", 1, "nowhere.exr");
+    expect_error("info nowhere.xml", 1, "nowhere.xml");
+    assert_false(exists("out.exr") || exists("out.png"));
+}
+
+static void test_help_and_version_exit_0(void **state) {
+    (void)state;
+    static const char *const asked[] = {"--help",         "--version",      "render --help",
+                                        "denoise --help", "compare --help", "composite --help",
+                                        "info --help"};
+    for (size_t i = 0; i < sizeof asked / sizeof *asked; i++)
+        expect_success(asked[i]);
+}
+
+/* From a scene to a composite and back through every subcommand. */
+static void test_the_whole_way(void **state) {
+    (void)state;
+    expect_success("render " SCENE
+                   " -o out.exr --width 40 --height 30 --spp 2 --png out.png --stats out.json");
+    assert_true(exists("out.exr") && exists("out.png"));
+    expect_success(
+        "render " SCENE
+        " -o ref.exr --width 40 --height 30 --spp 16 --seed 9 --guide off --denoise off");
+    expect_success("denoise ref.exr -o again.exr --stats again.json");
+    expect_success("compare out.exr ref.exr --json");
+    expect_success(
+        "composite out.exr out.exr ref.exr -o all.png --stats out.json --crop 0,0,10,10");
+    expect_success("composite out.exr out.exr -o two.png");
+    expect_success("info out.exr");
+    expect_success("info " SCENE);
+    char path[64];
+    snprintf(path, sizeof path, "%s/out.json", folder);
+    json_t *stats = json_load_file(path, 0, NULL);
+    assert_int_equal(json_integer_value(json_object_get(stats, "spp")), 2);
+    assert_true(json_integer_value(json_object_get(stats, "paths")) <= 40 * 30 * 2);
+    json_decref(stats);
+}
+
+static void test_an_interrupted_render_leaves_what_is_done(void **state) {
+    (void)state;
+    char line[1024];
+    snprintf(line, sizeof line,
+             "cd %s && { %s render %s -o cut.exr --spp 65536 --width 64 --height 64 2> err.txt & "
+             "sleep 1; kill -TERM $!; wait $!; }",
+             folder, FEWRAY_COMMAND, SCENE);
+    const int status = system(line);
+    assert_true(WIFEXITED(status));
+    assert_int_equal(WEXITSTATUS(status), 1);
+    assert_true(exists("cut.exr"));
+    expect_success("info cut.exr");
+}
+
+static int make_folder(void **state) {
+    (void)state;
+    return mkdtemp(folder) ? 0 : -1;
+}
+
+static int remove_folder(void **state) {
+    (void)state;
+    char line[64];
+    snprintf(line, sizeof line, "rm -r %s", folder);
+    return system(line);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_wrong_command_lines_exit_2_with_one_line),
+        cmocka_unit_test(test_failed_work_exits_1_and_names_the_file),
+        cmocka_unit_test(test_help_and_version_exit_0),
+        cmocka_unit_test(test_the_whole_way),
+        cmocka_unit_test(test_an_interrupted_render_leaves_what_is_done),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}

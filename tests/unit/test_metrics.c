@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The metrics against values that NumPy and scikit-image computed independently for the stored pair
+ * of pictures, which has pixels that aren't finite on both sides, highlights and dark parts. */
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+#include <jansson.h>
+
+#include "pipeline/pipeline.h"
+
+static struct fewray_frame *read_frame(const char *path) {
+    struct fewray_frame *frame = NULL;
+    struct fewray_error error;
+    if (fewray_frame_read_exr(path, &frame, &error))
+        fail_msg("%s", error.what);
+    return frame;
+}
+
+static struct fewray_frame *make_frame(int width, int height, float value) {
+    struct fewray_frame *frame = NULL;
+    float *planes[3];
+    assert_int_equal(fewray_frame_create(width, height, &frame, NULL), 0);
+    assert_true(fewray_frame_add_layer(frame, FEWRAY_COLOR, planes));
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i < width * height; i++)
+            planes[c][i] = value;
+    return frame;
+}
+
+static void expect_close(json_t *expected, const char *key, double value) {
+    const double wanted = json_number_value(json_object_get(expected, key));
+    if (!(fabs(value - wanted) <= 5e-5 * fabs(wanted)))
+        fail_msg("%s is %.8g, expected %.8g", key, value, wanted);
+}
+
+static void test_metrics_equal_independent_values(void **state) {
+    (void)state;
+    struct fewray_frame *test = read_frame(TEST_DATA "/metrics/test.exr");
+    struct fewray_frame *reference = read_frame(TEST_DATA "/metrics/reference.exr");
+    json_t *expected = json_load_file(TEST_DATA "/metrics/expected.json", 0, NULL);
+    assert_non_null(expected);
+    struct fewray_metrics m;
+    assert_int_equal(fewray_compare(test, reference, &m, NULL), 0);
+    expect_close(expected, "mrse", m.mrse);
+    expect_close(expected, "mrse_trimmed", m.mrse_trimmed);
+    expect_close(expected, "mse", m.mse);
+    expect_close(expected, "mape", m.mape);
+    expect_close(expected, "l1", m.l1);
+    expect_close(expected, "psnr", m.psnr);
+    expect_close(expected, "ssim_loss", m.ssim_loss);
+    expect_close(expected, "ref_mrse", m.ref_mrse);
+    expect_close(expected, "mrse_net", m.mrse_net);
+    expect_close(expected, "n_nonfinite", (double)m.n_nonfinite);
+    expect_close(expected, "n_ref_nonfinite", (double)m.n_ref_nonfinite);
+    json_decref(expected);
+    fewray_frame_destroy(&test);
+    fewray_frame_destroy(&reference);
+}
+
+static void test_equal_pictures_have_no_error(void **state) {
+    (void)state;
+    struct fewray_frame *frame = make_frame(16, 12, 0.3f);
+    struct fewray_metrics m;
+    assert_int_equal(fewray_compare(frame, frame, &m, NULL), 0);
+    assert_true(m.mrse == 0 && m.mse == 0 && m.l1 == 0 && m.mape == 0);
+    assert_true(fabs(m.ssim_loss) < 1e-12);
+    assert_true(isinf(m.psnr));
+    assert_true(isnan(m.ref_mrse) && isnan(m.mrse_net));
+    fewray_frame_destroy(&frame);
+}
+
+static void test_pictures_below_the_ssim_window_have_no_ssim(void **state) {
+    (void)state;
+    struct fewray_frame *one = make_frame(10, 12, 0.3f), *two = make_frame(10, 12, 0.4f);
+    struct fewray_metrics m;
+    assert_int_equal(fewray_compare(one, two, &m, NULL), 0);
+    assert_true(isnan(m.ssim_loss));
+    assert_true(fabs(m.l1 - 0.1) < 1e-6);
+    fewray_frame_destroy(&one);
+    fewray_frame_destroy(&two);
+}
+
+static void test_other_sizes_and_bad_references_are_refused(void **state) {
+    (void)state;
+    struct fewray_frame *one = make_frame(10, 12, 0.3f), *two = make_frame(12, 10, 0.3f);
+    struct fewray_frame *bad = make_frame(10, 12, NAN);
+    struct fewray_metrics m;
+    assert_int_equal(fewray_compare(one, two, &m, NULL), FEWRAY_ERROR_ARGUMENT);
+    assert_int_equal(fewray_compare(one, bad, &m, NULL), FEWRAY_ERROR_ARGUMENT);
+    fewray_frame_destroy(&one);
+    fewray_frame_destroy(&two);
+    fewray_frame_destroy(&bad);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_metrics_equal_independent_values),
+        cmocka_unit_test(test_equal_pictures_have_no_error),
+        cmocka_unit_test(test_pictures_below_the_ssim_window_have_no_ssim),
+        cmocka_unit_test(test_other_sizes_and_bad_references_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,169 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Whole renders through the public API: known answers, the guide's unbiasedness, and the same bits on any threads. */
+
+#include "tests/unit/check.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "guide/guide.h"
+
+static struct fewray_frame *render_scene(const char *path, const struct fewray_render_settings *settings, bool guided,
+                                         struct fewray_render_stats *stats) {
+    struct fewray_scene *scene = NULL;
+    struct fewray_world *world = NULL;
+    struct fewray_film *film = NULL;
+    struct fewray_look *look = NULL;
+    struct fewray_maps *maps = NULL;
+    struct fewray_frame *frame = NULL;
+    struct fewray_error error = {.line = 0};
+    int status = fewray_scene_load(path, NULL, &scene, &error);
+    status = status ? status : fewray_world_create(scene, settings->threads, &world, &error);
+    status = status ? status : fewray_film_create(world, settings, &film, &error);
+    if (guided) {
+        status = status ? status : fewray_trace_look(world, settings, film, &look, stats, &error);
+        status = status ? status : fewray_maps_create(look, settings, &maps, stats, &error);
+    }
+    status = status ? status : fewray_trace_rest(world, maps, settings, film, stats, &error);
+    status = status ? status : fewray_film_frame(film, maps, &frame, &error);
+    if (status)
+        fail_msg("%s: %s:%d: %s", path, error.file, error.line, error.what);
+    fewray_maps_destroy(&maps);
+    fewray_look_destroy(&look);
+    fewray_film_destroy(&film);
+    fewray_world_destroy(&world);
+    fewray_scene_destroy(&scene);
+    return frame;
+}
+
+static struct fewray_render_settings small(int spp, uint64_t seed) {
+    struct fewray_render_settings s;
+    fewray_render_settings_init(&s);
+    s.width = 64;
+    s.height = 48;
+    s.spp = spp;
+    s.seed = seed;
+    return s;
+}
+
+static double plane_mean(const struct fewray_frame *frame, const char *name) {
+    const float *p = fewray_frame_plane(frame, name);
+    size_t n = (size_t)frame->width * (size_t)frame->height;
+    double sum = 0;
+    for (size_t i = 0; i < n; i++)
+        sum += p[i];
+    return sum / (double)n;
+}
+
+/* Mean radiance over several seeds and its standard error. */
+static void mean_of_seeds(const char *path, bool guided, int spp, int seeds, double *mean, double *error) {
+    double sum = 0, squares = 0;
+    for (int k = 0; k < seeds; k++) {
+        struct fewray_render_settings s = small(spp, 100 + (uint64_t)k);
+        struct fewray_render_stats stats = {0};
+        struct fewray_frame *frame = render_scene(path, &s, guided, &stats);
+        double m = (plane_mean(frame, "R") + plane_mean(frame, "G") + plane_mean(frame, "B")) / 3;
+        sum += m;
+        squares += m * m;
+        assert_true(!guided || stats.pixels_guided > 0);
+        assert_true(stats.paths == (long long)s.width * s.height * s.spp);
+        fewray_frame_destroy(&frame);
+    }
+    *mean = sum / seeds;
+    *error = sqrt(fmax(0, squares / seeds - *mean * *mean) / (seeds - 1));
+}
+
+static void test_guided_mean_equals_unguided_mean(void **state) {
+    (void)state;
+    const char *scenes[] = {EXAMPLES "/cornell-box.xml", EXAMPLES "/door-ajar.xml", EXAMPLES "/window-room.xml"};
+    for (int i = 0; i < 3; i++) {
+        double plain, guided, plain_error, guided_error;
+        mean_of_seeds(scenes[i], false, 64, 10, &plain, &plain_error);
+        mean_of_seeds(scenes[i], true, 16, 10, &guided, &guided_error);
+        /* 4 standard errors: wrong once in 10,000 renders of a right program; the seeds are fixed. */
+        assert_near(guided, plain, 4 * sqrt(plain_error * plain_error + guided_error * guided_error));
+        assert_true(guided_error < 0.05 * guided);
+    }
+}
+
+static void test_same_bits_on_any_number_of_threads(void **state) {
+    (void)state;
+    struct fewray_render_settings s = small(4, 5);
+    struct fewray_render_stats stats = {0};
+    s.threads = 1;
+    struct fewray_frame *one = render_scene(EXAMPLES "/door-ajar.xml", &s, true, &stats);
+    s.threads = 3;
+    struct fewray_frame *three = render_scene(EXAMPLES "/door-ajar.xml", &s, true, &stats);
+    assert_int_equal(one->plane_count, three->plane_count);
+    for (size_t p = 0; p < one->plane_count; p++)
+        assert_memory_equal(one->planes[p].data, three->planes[p].data, 64 * 48 * sizeof(float));
+    fewray_frame_destroy(&one);
+    fewray_frame_destroy(&three);
+}
+
+static const char furnace[] =
+    "<scene version='3.0.0'><integrator type='path'><integer name='max_depth' value='-1'/></integrator>"
+    "<sensor type='perspective'><float name='fov' value='40'/><transform name='to_world'><lookat origin='0,0,4' "
+    "target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'><integer name='width' value='64'/><integer name='height' "
+    "value='48'/><rfilter type='box'/></film></sensor>"
+    "<shape type='sphere'><bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='1,1,1'/></bsdf></bsdf>"
+    "</shape><shape type='rectangle'><transform name='to_world'><scale value='9'/><translate z='-2'/></transform>"
+    "<bsdf type='diffuse'><rgb name='reflectance' value='1,1,1'/></bsdf></shape>"
+    "<emitter type='constant'><rgb name='radiance' value='0.5,0.5,0.5'/></emitter></scene>";
+
+/* White surfaces under an even sky are exactly as bright as the sky, in the open and between them. */
+static void test_white_furnace(void **state) {
+    (void)state;
+    char path[] = "/tmp/fewray-furnace-XXXXXX";
+    int fd = mkstemp(path);
+    assert_true(fd >= 0);
+    assert_int_equal(write(fd, furnace, sizeof(furnace) - 1), sizeof(furnace) - 1);
+    close(fd);
+    for (int guided = 0; guided < 2; guided++) {
+        struct fewray_render_settings s = small(256, 3);
+        struct fewray_render_stats stats = {0};
+        struct fewray_frame *frame = render_scene(path, &s, guided, &stats);
+        assert_near(plane_mean(frame, "G"), 0.5, 0.003);
+        assert_int_equal(stats.dropped, 0);
+        fewray_frame_destroy(&frame);
+    }
+    unlink(path);
+}
+
+static void test_variance_layer_tells_the_spread_of_seeds(void **state) {
+    (void)state;
+    enum { SEEDS = 24, PIXELS = 64 * 48 };
+    for (int guided = 0; guided < 2; guided++) {
+        static double sum[PIXELS], squares[PIXELS];
+        memset(sum, 0, sizeof(sum));
+        memset(squares, 0, sizeof(squares));
+        double told = 0, measured = 0;
+        for (int k = 0; k < SEEDS; k++) {
+            struct fewray_render_settings s = small(16, 40 + (uint64_t)k);
+            struct fewray_render_stats stats = {0};
+            struct fewray_frame *frame = render_scene(EXAMPLES "/cornell-box.xml", &s, guided, &stats);
+            told += plane_mean(frame, "variance.G") / SEEDS;
+            const float *g = fewray_frame_plane(frame, "G");
+            for (int i = 0; i < PIXELS; i++) {
+                sum[i] += g[i];
+                squares[i] += (double)g[i] * g[i];
+            }
+            fewray_frame_destroy(&frame);
+        }
+        for (int i = 0; i < PIXELS; i++)
+            measured += (squares[i] - sum[i] * sum[i] / SEEDS) / (SEEDS - 1) / PIXELS;
+        /* Sobol points converge faster than the independent samples that the layer assumes: it may be too high. */
+        assert_true(told > 0.8 * measured && told < 3 * measured);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_white_furnace),
+        cmocka_unit_test(test_guided_mean_equals_unguided_mean),
+        cmocka_unit_test(test_same_bits_on_any_number_of_threads),
+        cmocka_unit_test(test_variance_layer_tells_the_spread_of_seeds),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
