@@ -8,7 +8,7 @@
 
 #include "pipeline/pipeline.h"
 
-enum { WIDTH = 480, FEW = 4, MANY = 256 };
+enum { WIDTH = 240, FEW = 4, MANY = 256 };
 
 static int render(const char *scene, int spp, bool guided, bool denoised,
                   struct fewray_frame **picture, struct fewray_error *error) {

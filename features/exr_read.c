@@ -122,8 +122,10 @@ static exr_result_t read_chunk(const struct chunk_grid *grid, int column, int ro
 /* Chunks are independent of each other: each thread takes whole ones. */
 static exr_result_t read_chunks(const struct chunk_grid *grid) {
     const int64_t count = (int64_t)grid->chunk_columns * grid->chunk_rows;
+    const size_t values =
+        grid->frame->plane_count * (size_t)grid->frame->width * (size_t)grid->frame->height;
     exr_result_t result = EXR_ERR_SUCCESS;
-#pragma omp parallel
+#pragma omp parallel if (values > FEATURES_PARALLEL_MIN)
     {
         exr_decode_pipeline_t decode = EXR_DECODE_PIPELINE_INITIALIZER;
 #pragma omp for schedule(dynamic, 1)
@@ -145,44 +147,79 @@ static exr_result_t read_chunks(const struct chunk_grid *grid) {
     return result;
 }
 
-/* The first part of an opened file. */
-static int read_part(exr_const_context_t exr, const char *path, const struct complaint *complaint,
-                     struct fewray_frame **out, struct fewray_error *error) {
+/* OpenEXRCore 3.1 doesn't know DWA, and reads wrong pixels of B44 where a block has an odd size. */
+static bool compression_works(exr_compression_t compression) {
+    switch (compression) {
+    case EXR_COMPRESSION_NONE:
+    case EXR_COMPRESSION_RLE:
+    case EXR_COMPRESSION_ZIPS:
+    case EXR_COMPRESSION_ZIP:
+    case EXR_COMPRESSION_PIZ:
+    case EXR_COMPRESSION_PXR24:
+        return true;
+    default:
+        return false;
+    }
+}
+
+/* What the header says of the first part, checked before anything is allocated from it. */
+struct part {
     exr_storage_t storage;
     exr_attr_box2i_t window;
     const exr_attr_chlist_t *channels;
-    exr_result_t code = exr_get_storage(exr, 0, &storage);
+    int width, height;
+};
+
+static int read_header(exr_const_context_t exr, const char *path, const struct complaint *complaint,
+                       struct part *part, struct fewray_error *error) {
+    exr_compression_t compression = EXR_COMPRESSION_NONE;
+    exr_result_t code = exr_get_storage(exr, 0, &part->storage);
     if (code == EXR_ERR_SUCCESS)
-        code = exr_get_data_window(exr, 0, &window);
+        code = exr_get_data_window(exr, 0, &part->window);
     if (code == EXR_ERR_SUCCESS)
-        code = exr_get_channels(exr, 0, &channels);
+        code = exr_get_channels(exr, 0, &part->channels);
+    if (code == EXR_ERR_SUCCESS)
+        code = exr_get_compression(exr, 0, &compression);
     if (code != EXR_ERR_SUCCESS)
         return fail_exr(error, path, code, complaint);
-    if (storage != EXR_STORAGE_SCANLINE && storage != EXR_STORAGE_TILED)
+    if (part->storage != EXR_STORAGE_SCANLINE && part->storage != EXR_STORAGE_TILED)
         return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
                            "deep pictures aren't supported, flatten it first");
-    const int64_t width = (int64_t)window.max.x - window.min.x + 1;
-    const int64_t height = (int64_t)window.max.y - window.min.y + 1;
+    if (!compression_works(compression))
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
+                           "B44 and DWA compression aren't supported, store it with ZIP or PIZ");
+    const int64_t width = (int64_t)part->window.max.x - part->window.min.x + 1;
+    const int64_t height = (int64_t)part->window.max.y - part->window.min.y + 1;
     if (!features_size_ok(width, height))
         return fewray_fail(error, FEWRAY_ERROR_FORMAT, path, 0,
                            "a data window of %lld x %lld pixels is impossible", (long long)width,
                            (long long)height);
-    if (channels->num_channels < 1 || channels->num_channels > FEATURES_MAX_CHANNELS)
+    part->width = (int)width;
+    part->height = (int)height;
+    const int channels = part->channels->num_channels;
+    if (channels < 1 || channels > FEATURES_MAX_CHANNELS)
         return fewray_fail(error, FEWRAY_ERROR_FORMAT, path, 0, "%d channels; 1 to %d are possible",
-                           channels->num_channels, FEATURES_MAX_CHANNELS);
+                           channels, FEATURES_MAX_CHANNELS);
+    return FEWRAY_OK;
+}
 
-    float **planes = calloc((size_t)channels->num_channels, sizeof *planes);
-    int status = planes ? fewray_frame_create((int)width, (int)height, out, error)
-                        : fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
+/* The pixels of the first part. */
+static int read_pixels(exr_const_context_t exr, const struct part *part, const char *path,
+                       const struct complaint *complaint, struct fewray_frame **out,
+                       struct fewray_error *error) {
+    float **planes = calloc((size_t)part->channels->num_channels, sizeof *planes);
+    if (!planes)
+        return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
+    int status = fewray_frame_create(part->width, part->height, out, error);
     if (status == FEWRAY_OK)
-        status = add_channels(channels, path, *out, planes, error);
+        status = add_channels(part->channels, path, *out, planes, error);
     if (status == FEWRAY_OK) {
         struct chunk_grid grid = {.exr = exr,
                                   .frame = *out,
                                   .planes = planes,
-                                  .tiled = storage == EXR_STORAGE_TILED,
-                                  .min_y = window.min.y};
-        code = plan_chunks(&grid);
+                                  .tiled = part->storage == EXR_STORAGE_TILED,
+                                  .min_y = part->window.min.y};
+        exr_result_t code = plan_chunks(&grid);
         if (code == EXR_ERR_SUCCESS)
             code = read_chunks(&grid);
         if (code != EXR_ERR_SUCCESS)
@@ -205,8 +242,11 @@ int fewray_frame_read_exr(const char *path, struct fewray_frame **out, struct fe
     settings.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     exr_context_t exr = NULL;
     const exr_result_t code = exr_start_read(&exr, path, &settings);
-    status = code == EXR_ERR_SUCCESS ? read_part(exr, path, &complaint, out, error)
+    struct part part;
+    status = code == EXR_ERR_SUCCESS ? read_header(exr, path, &complaint, &part, error)
                                      : fail_exr(error, path, code, &complaint);
+    if (status == FEWRAY_OK)
+        status = read_pixels(exr, &part, path, &complaint, out, error);
     if (exr)
         exr_finish(&exr);
     if (status != FEWRAY_OK)

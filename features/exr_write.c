@@ -11,7 +11,7 @@
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "EXR files are little-endian");
 
-/* zlib's level: 4 takes half of the time of 6 and renders grow by less than 1 %. */
+/* zlib's level: 6 takes up to twice the time for files that are 1 to 5 % smaller. */
 enum { ZIP_LEVEL = 4 };
 
 /* What the library's callbacks need to know. */
@@ -96,11 +96,12 @@ static exr_result_t encode_block(exr_context_t exr, const struct fewray_frame *f
 
 static exr_result_t write_blocks(exr_context_t exr, const struct fewray_frame *frame,
                                  float *const *planes, bool float32) {
+    const size_t values = frame->plane_count * (size_t)frame->width * (size_t)frame->height;
     int lines;
     exr_result_t result = exr_get_scanlines_per_chunk(exr, 0, &lines);
     if (result != EXR_ERR_SUCCESS)
         return result;
-#pragma omp parallel
+#pragma omp parallel if (values > FEATURES_PARALLEL_MIN)
     {
         exr_encode_pipeline_t encode = EXR_ENCODE_PIPELINE_INITIALIZER;
 #pragma omp for ordered schedule(static, 1)

@@ -87,7 +87,8 @@ FEWRAY_API bool fewray_frame_add_layer(struct fewray_frame *frame, enum fewray_l
 FEWRAY_API bool fewray_frame_layer(const struct fewray_frame *frame, enum fewray_layer layer, float *planes[3]);
 
 /* Reads every channel of the first part of an EXR file (scanline or tiled, half, float or uint; subsampled channels and
- * deep parts are refused) into a frame of the data window's size. Prints nothing. Truncated files are an error.
+ * deep parts are refused; no compression, RLE, ZIPS, ZIP, PIZ or PXR24) into a frame of the data window's size. Prints
+ * nothing. Truncated files are an error.
  * *out is owned by the caller. */
 FEWRAY_API int fewray_frame_read_exr(const char *path, struct fewray_frame **out, struct fewray_error *error);
 

@@ -15,6 +15,9 @@ extern "C" {
 #define FEATURES_MAX_PIXELS   ((int64_t)1 << 28)
 #define FEATURES_MAX_CHANNELS 1024
 
+/* Starting threads pays for pictures of more values (pixels times channels) than this. */
+#define FEATURES_PARALLEL_MIN ((size_t)1 << 16)
+
 /* True for 1..FEATURES_MAX_PIXELS pixels. */
 static inline bool features_size_ok(int64_t width, int64_t height) {
     return width > 0 && height > 0 && width <= FEATURES_MAX_PIXELS / height;

@@ -29,16 +29,19 @@ char *fewray_temporary_name(const char *path) {
 }
 
 /* Renaming onto a device or a pipe would replace it by a plain file. */
-static bool may_be_replaced(const char *path) {
+static int check_replaceable(const char *path, struct fewray_error *error) {
     struct stat info;
-    return stat(path, &info) != 0 || S_ISREG(info.st_mode);
+    if (stat(path, &info) != 0 || S_ISREG(info.st_mode))
+        return FEWRAY_OK;
+    return fewray_fail(error, FEWRAY_ERROR_IO, path, 0,
+                       "isn't a regular file, give another name for the output");
 }
 
 int fewray_commit_file(const char *temporary, const char *path, struct fewray_error *error) {
-    if (!may_be_replaced(path)) {
+    const int status = check_replaceable(path, error);
+    if (status != FEWRAY_OK) {
         unlink(temporary);
-        return fewray_fail(error, FEWRAY_ERROR_IO, path, 0,
-                           "isn't a regular file, give another name for the output");
+        return status;
     }
     if (rename(temporary, path) == 0)
         return FEWRAY_OK;
@@ -52,6 +55,9 @@ int file_create_temporary(const char *path, char **temporary, struct fewray_erro
     *temporary = NULL;
     if (!path[0])
         return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0, "the output file has no name");
+    const int status = check_replaceable(path, error);
+    if (status != FEWRAY_OK)
+        return status;
     char *name = fewray_temporary_name(path);
     if (!name)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");

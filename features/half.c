@@ -16,6 +16,12 @@ static inline float bits_float(uint32_t bits) {
     return value;
 }
 
+/* All bits set where a < b, for a and b below 2^31. Compilers may turn comparisons into branches,
+ * and then don't vectorise the loop. */
+static inline uint32_t mask_less(uint32_t a, uint32_t b) {
+    return 0u - ((a - b) >> 31);
+}
+
 void half_from_floats(const float *restrict from, uint16_t *restrict to, size_t count) {
     const uint32_t largest = 0x477fe000; /* 65504, the largest half */
     const uint32_t infinity = 0x7f800000;
@@ -26,12 +32,13 @@ void half_from_floats(const float *restrict from, uint16_t *restrict to, size_t 
         const uint32_t sign = bits >> 16 & 0x8000;
         const uint32_t magnitude = bits & 0x7fffffff;
         const uint32_t kept = magnitude < largest ? magnitude : largest;
-        /* 13 bits of the mantissa go: add half of the last place, less one where that place is
-         * even. */
+        /* 13 bits of the mantissa go: add half of the last place, less one where it is even. */
         const uint32_t normal = (kept - rebias + 0xfff + (kept >> 13 & 1)) >> 13;
         /* 0.5's last place is 2^-24, a half's least subnormal: the addition itself rounds. */
         const uint32_t subnormal = float_bits(bits_float(kept) + 0.5f) - float_bits(0.5f);
-        const uint32_t finite = kept < least_normal ? subnormal : normal;
-        to[i] = (uint16_t)(sign | (magnitude > infinity ? 0x7e00 : finite));
+        const uint32_t is_small = mask_less(kept, least_normal);
+        const uint32_t finite = (subnormal & is_small) | (normal & ~is_small);
+        const uint32_t nan = 0x7e00 & mask_less(infinity, magnitude);
+        to[i] = (uint16_t)(sign | finite | nan);
     }
 }

@@ -50,15 +50,27 @@ static int print_metrics(const struct fewray_metrics *m, bool as_json) {
     return EXIT_DONE;
 }
 
+static void print_scores(const struct fewray_block_scores *s, int block) {
+    printf("z-scores of %d x %d pixel blocks: count %lld, mean %.3f, deviation %.3f, largest %.2f\n", block, block, s->count,
+           s->mean, s->deviation, s->largest);
+    printf("|z| > 2: %.2f %% (normal: 4.55 %%), |z| > 3: %.2f %% (normal: 0.27 %%)\n",
+           100.0 * (double)s->beyond_2 / (double)s->count, 100.0 * (double)s->beyond_3 / (double)s->count);
+    for (int i = 0; i < FEWRAY_SCORE_BINS; i++)
+        printf("z %+d to %+d: %lld\n", i - FEWRAY_SCORE_BINS / 2, i + 1 - FEWRAY_SCORE_BINS / 2, s->histogram[i]);
+}
+
 int cmd_compare(int argc, char **argv) {
     bool as_json = false;
+    int block = 0;
     const struct option_spec specs[] = {
         {"json", 0, OPTION_FLAG, &as_json, NULL, "one JSON object instead of lines", 0, 0, NULL},
+        {"blocks", 0, OPTION_INT, &block, "N",
+         "instead: z-scores of blocks of N x N pixels, by the reference's standard errors", 1, 4096, NULL},
         {0},
     };
     const struct command_line line = {
         "compare",
-        "TEST.exr REF.exr [--json]",
+        "TEST.exr REF.exr [--json | --blocks N]",
         "Prints the error of TEST against REF; lower is better but for psnr.",
         specs,
         2,
@@ -70,13 +82,21 @@ int cmd_compare(int argc, char **argv) {
 
     struct fewray_frame *test = NULL, *reference = NULL;
     struct fewray_metrics metrics;
+    struct fewray_block_scores scores;
     struct fewray_error error;
     int status;
     if (!(status = read_picture(argv[first_file], NAMING_AUTO, &test, &error)) &&
         !(status = read_picture(argv[first_file + 1], NAMING_AUTO, &reference, &error)) &&
-        (status = fewray_compare(test, reference, &metrics, &error)))
+        (status = block ? fewray_block_zscores(test, reference, block, &scores, &error)
+                        : fewray_compare(test, reference, &metrics, &error)))
         snprintf(error.file, sizeof error.file, "%s", argv[first_file]);
     fewray_frame_destroy(&test);
     fewray_frame_destroy(&reference);
-    return status ? report_failure(&error) : print_metrics(&metrics, as_json);
+    if (status)
+        return report_failure(&error);
+    if (block) {
+        print_scores(&scores, block);
+        return EXIT_DONE;
+    }
+    return print_metrics(&metrics, as_json);
 }

@@ -106,12 +106,12 @@ static void size_panel(struct composite *in) {
     layout->column_width = at_least(layout->panel_width, PANEL_LEAST);
 }
 
-static void lay_out(struct composite *in, bool caption) {
+static void lay_out(struct composite *in, int slots, bool caption) {
     struct layout *layout = &in->layout;
     size_panel(in);
     layout->letter = at_least(layout->column_width / 38, 11);
     layout->gap = layout->letter / 2 + 2;
-    layout->crop_width = (layout->column_width - (FEWRAY_CROPS - 1) * layout->gap) / FEWRAY_CROPS;
+    layout->crop_width = (layout->column_width - (slots - 1) * layout->gap) / slots;
     layout->crop_height = layout->crop_width * 3 / 4;
 
     const int line = 2 * layout->letter;
@@ -356,7 +356,7 @@ int fewray_composite(const struct fewray_frame *noisy, const struct fewray_frame
             error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
             "a composite needs pictures of one size, with R, G, B each, and %d crops at most",
             FEWRAY_CROPS);
-    lay_out(&in, options->caption);
+    lay_out(&in, options->crop_count ? options->crop_count : FEWRAY_CROPS, options->caption);
     if (!(status = prepare(&in, reference, options->exposure, error)) &&
         !(status = choose_crops(&in, options, error)))
         status = draw_all(&in, options->caption, png_path, error);

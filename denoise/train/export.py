@@ -84,8 +84,8 @@ def main():
     if a.checkpoint != "random":
         state = torch.load(a.checkpoint, weights_only=False, map_location="cpu")
         model.load_state_dict(state["average"])
-        keep = ("batch", "crop", "rate", "seed", "minutes", "bf16")
-        info.update(command="train.py", settings={k: state["arguments"][k] for k in keep}, steps=state["steps"],
+        keep = ("batch", "crop", "rate", "seed", "minutes", "bf16", "l1")
+        info.update(command="train.py", settings={k: state["arguments"].get(k) for k in keep}, steps=state["steps"],
                     seconds=round(state["elapsed"]), views=state["views"], validation=state["log"][-1:])
     tensors = {name: value.numpy().astype(np.float16) for name, value in weight_tensors(model).items()}
     model.load_state_dict({n: torch.from_numpy(tensors[n].astype(np.float32)).reshape(v.shape)

@@ -56,6 +56,8 @@ def main():
     p.add_argument("--seed", type=int, default=1)
     p.add_argument("--threads", type=int, default=2)
     p.add_argument("--bf16", action="store_true", help="convolutions of the trunk in bfloat16: faster, less exact")
+    p.add_argument("--l1", type=float, default=0.5, help="weight of the L1 term: more is sharper, and darker where "
+                   "references are noisy")
     p.add_argument("--start", help="checkpoint whose weights to start from (with a fresh schedule)")
     a = p.parse_args()
     torch.set_num_threads(a.threads)
@@ -103,7 +105,7 @@ def main():
             filtered = model(f, e)
         l1, l2 = loss_terms(filtered * m + emission, r)
         optimizer.zero_grad(set_to_none=True)
-        (l1 + l2).backward()
+        (a.l1 * l1 + l2).backward()
         torch.nn.utils.clip_grad_norm_(model.parameters(), 1.0)
         optimizer.step()
         decay = min(0.999, (steps + 1) / (steps + 10))

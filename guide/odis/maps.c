@@ -90,6 +90,11 @@ struct map_mixture maps_at(const struct fewray_maps *maps, int x, int y, struct 
     return mixture;
 }
 
+/* A position within a bin, kept off its borders so that rounding can't lead into a bin of another density. */
+static float inside(float position) {
+    return fminf(fmaxf(position, 1e-5f), 1 - 1e-5f);
+}
+
 struct vec3 map_mixture_sample(const struct map_mixture *mixture, const float u[2]) {
     float a = u[0], b = u[1];
     int k = 0;
@@ -110,8 +115,8 @@ struct vec3 map_mixture_sample(const struct map_mixture *mixture, const float u[
             last = column;
     }
     if (column == SPHERE_COLUMNS) /* rounding at the row's end */
-        column = last, b = density[last] * 0x1.fffffep-1f;
-    return sphere_direction(row, column, a, fminf(b / density[column], 0x1.fffffep-1f));
+        column = last, b = density[last];
+    return sphere_direction(row, column, inside(a), inside(b / density[column]));
 }
 
 float map_mixture_pdf(const struct map_mixture *mixture, struct vec3 direction) {

@@ -22,7 +22,8 @@ static void to_uv(struct vec3 local, float *u, float *v) {
     float a = atan2f(local.x, -local.z) * (0.5f / PI_F);
     a -= floorf(a);
     *u = a < 1 ? a : 0;
-    *v = acosf(fminf(1, fmaxf(-1, local.y))) / PI_F;
+    /* acos(y), without its loss of precision at the poles. */
+    *v = atan2f(sqrtf(local.x * local.x + local.z * local.z), local.y) / PI_F;
 }
 
 static struct vec3 from_uv(float u, float v) {
@@ -83,8 +84,10 @@ int environment_table_create(const struct environment *e, struct environment_tab
     t->row_cdf = malloc(((size_t)h + 1) * sizeof(float));
     t->column_cdf = malloc((cells + (size_t)h) * sizeof(float));
     t->density = malloc(cells * sizeof(float));
+    t->cuts = w / 4 + 1;
+    t->column_cut = malloc((size_t)h * (size_t)t->cuts * sizeof(*t->column_cut));
     float *rows = malloc((size_t)h * sizeof(float));
-    if (!t->row_cdf || !t->column_cdf || !t->density || !rows) {
+    if (!t->row_cdf || !t->column_cdf || !t->column_cut || !t->density || !rows) {
         free(rows);
         environment_table_clear(t);
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
@@ -96,7 +99,9 @@ int environment_table_create(const struct environment *e, struct environment_tab
         float *row = t->density + (size_t)y * (size_t)w;
         for (int x = 0; x < w; x++)
             row[x] = cell_luminance(e, x, y, w, h) * sin_theta;
-        rows[y] = (float)cdf_build(row, (size_t)w, t->column_cdf + (size_t)y * ((size_t)w + 1));
+        float *cdf = t->column_cdf + (size_t)y * ((size_t)w + 1);
+        rows[y] = (float)cdf_build(row, (size_t)w, cdf);
+        cdf_cut(cdf, (size_t)w, t->column_cut + (size_t)y * (size_t)t->cuts, (size_t)t->cuts);
     }
     double total = cdf_build(rows, (size_t)h, t->row_cdf);
     free(rows);
@@ -111,6 +116,7 @@ int environment_table_create(const struct environment *e, struct environment_tab
 void environment_table_clear(struct environment_table *t) {
     free(t->row_cdf);
     free(t->column_cdf);
+    free(t->column_cut);
     free(t->density);
     *t = (struct environment_table){0};
 }
@@ -123,7 +129,8 @@ struct vec3 environment_sample(const struct environment_table *t, const float u[
     }
     float a = u[0], b = u[1];
     size_t y = cdf_sample(t->row_cdf, (size_t)t->height, &a);
-    size_t x = cdf_sample(t->column_cdf + y * ((size_t)t->width + 1), (size_t)t->width, &b);
+    size_t x = cdf_sample_cut(t->column_cdf + y * ((size_t)t->width + 1), (size_t)t->width,
+                              t->column_cut + y * (size_t)t->cuts, (size_t)t->cuts, &b);
     float v = ((float)y + a) / (float)t->height;
     float sin_theta = sinf(v * PI_F);
     float density = t->density[y * (size_t)t->width + x];

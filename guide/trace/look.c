@@ -8,6 +8,7 @@
 #define STREAM_LOOK 0x6c6f6f6bu /* keeps the look's random numbers apart from the rest's */
 
 struct look_job {
+    const struct fewray_render_settings *settings;
     struct integrator integrator;
     struct fewray_film *film;
     struct fewray_look *look;
@@ -34,7 +35,7 @@ static void look_tile(void *user, int x0, int y0, int x1, int y1, struct fewray_
     struct look_job *job = user;
     int n = job->look->samples;
     for (int y = y0; y < y1; y++)
-        for (int x = x0; x < x1; x++) {
+        for (int x = x0; x < x1 && !is_cancelled(job->settings); x++) {
             size_t pixel = (size_t)y * (size_t)job->film->width + (size_t)x;
             struct pixel_sums sums = {0};
             for (int s = 0; s < n; s++) {
@@ -67,7 +68,7 @@ int fewray_trace_look(const struct fewray_world *world, const struct fewray_rend
         fewray_look_destroy(&look);
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the first look's records");
     }
-    struct look_job job = {film_integrator(world, film, NULL, settings), film, look,
+    struct look_job job = {settings, film_integrator(world, film, NULL, settings), film, look,
                            hash_combine((uint32_t)settings->seed ^ STREAM_LOOK, (uint32_t)(settings->seed >> 32))};
     int status = tiles_run(film->width, film->height, settings, "first look", look_tile, &job, stats, error);
     *out = look;

@@ -24,7 +24,7 @@ int tiles_run(int width, int height, const struct fewray_render_settings *settin
     bool cancelled = false;
 #pragma omp parallel for schedule(dynamic) num_threads(film_threads(settings))
     for (int t = 0; t < tiles; t++) {
-        if (settings->cancel && *settings->cancel) {
+        if (is_cancelled(settings)) {
 #pragma omp atomic write
             cancelled = true;
             continue;
@@ -32,6 +32,10 @@ int tiles_run(int width, int height, const struct fewray_render_settings *settin
         int x0 = t % columns * TILE_SIZE, y0 = t / columns * TILE_SIZE;
         struct fewray_render_stats part = {0};
         work(user, x0, y0, min_int(x0 + TILE_SIZE, width), min_int(y0 + TILE_SIZE, height), &part);
+        if (is_cancelled(settings)) {
+#pragma omp atomic write
+            cancelled = true;
+        }
 #pragma omp critical(fewray_tiles)
         {
             add_stats(stats, &part);

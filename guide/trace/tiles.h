@@ -8,6 +8,10 @@
 
 #define TILE_SIZE 16 /* pixels */
 
+static inline bool is_cancelled(const struct fewray_render_settings *settings) {
+    return settings->cancel && *settings->cancel;
+}
+
 /* What one tile of pixels x0 <= x < x1, y0 <= y < y1 does; counts go to *stats, which no other tile touches. */
 typedef void (*tile_function)(void *user, int x0, int y0, int x1, int y1, struct fewray_render_stats *stats);
 

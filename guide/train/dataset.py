@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Records of fewray-odis-data: read through memory maps, split by scene, turned and mirrored about the vertical."""
+"""Records of fewray-odis-data: read through memory maps, split by scene, turned and mirrored about
+the vertical."""
 import math
 
 import numpy as np
 import torch
 
-from model import COLUMNS, INPUTS, ROWS
+from model import COLUMNS, COSINE, INPUTS, ROWS
 
 HEADER_BYTES = 16  # "ODISDATA", uint32 version, uint32 bytes a record
 RECORD = np.dtype([("scene", "<u4"), ("x", "<u4"), ("y", "<u4"), ("samples", "<u4"),
                    ("input", "<f2", (INPUTS, ROWS, COLUMNS)),   # 10 planes, mask, cosine, fill
-                   ("target", "<f4", (2, ROWS, COLUMNS))])      # mean radiance, root of the second moment
+                   ("target", "<f4", (2, ROWS, COLUMNS))])      # mean radiance, root second moment
 NORMALS = ((2, 4), (6, 8))  # x and z planes of the first and second hit's normal
 
 
@@ -39,16 +40,20 @@ class Records:
         return inputs, targets
 
 
+def is_lit(record):
+    finite = np.isfinite(record["target"]).all() and np.isfinite(record["input"]).all()
+    return finite and (record["target"][1] * record["input"][COSINE] > 0).any()
+
+
 def load(paths, validation_paths=(), share=10):
-    """(training, validation) records. Without validation files every share-th scene number validates, in all files
-    alike, so that files of the same scenes never mix."""
+    """(training, validation) records. Without validation files every share-th scene number
+    validates, in all files alike, so that files of the same scenes never mix."""
     files = [open_records(p) for p in list(paths) + list(validation_paths)]
     training, validation = [], []
     for f, records in enumerate(files):
         scenes = np.asarray(records["scene"])
         # A truth without any light teaches nothing: the map falls back to the BSDF there.
-        lit = np.array([bool(np.isfinite(r["target"]).all() and (r["target"][1] * r["input"][11] > 0).any()
-                             and np.isfinite(r["input"]).all()) for r in records])
+        lit = np.array([is_lit(r) for r in records], bool)
         if validation_paths:
             held_out = np.full(len(scenes), f >= len(paths))
         else:
@@ -60,7 +65,8 @@ def load(paths, validation_paths=(), share=10):
 
 
 def augment(inputs, targets, generator):
-    """Turns each map about the vertical by whole columns and mirrors half of them, with their normals."""
+    """Turns each map about the vertical by whole columns and mirrors half of them, with their
+    normals."""
     n = len(inputs)
     turn = torch.randint(COLUMNS, (n, 1), generator=generator)
     mirror = torch.randint(2, (n, 1), generator=generator)
@@ -69,7 +75,8 @@ def augment(inputs, targets, generator):
     inputs = inputs.gather(3, column.expand(-1, INPUTS, ROWS, -1))
     targets = targets.gather(3, column.expand(-1, 2, ROWS, -1))
     angle = turn.float() * (2 * math.pi / COLUMNS)
-    c, s, sign = torch.cos(angle)[..., None], torch.sin(angle)[..., None], (1 - 2.0 * mirror)[..., None]
+    c, s = torch.cos(angle)[..., None], torch.sin(angle)[..., None]
+    sign = (1 - 2.0 * mirror)[..., None]
     for x, z in NORMALS:
         nx, nz = inputs[:, x] * sign, inputs[:, z]
         inputs[:, x], inputs[:, z] = nx * c + nz * s, nz * c - nx * s

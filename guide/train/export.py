@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes a checkpoint as weights for denoise/nn (nn.h describes the file), and reference tensors that pin the C network
-to this one."""
+"""Writes a checkpoint as weights for denoise/nn (nn.h describes the file), and tensors that pin the C
+network to this one."""
 import argparse
 import json
 import os
@@ -35,9 +35,10 @@ def container(model, info):
 
 @torch.no_grad()
 def references(model, inputs):
-    """"ODISREFS", uint32 version 1, uint32 maps, uint32 layers; for each map 13x32x32 half floats of input, then for each
-    layer 16 bytes of name, int32 channels, height, width and float32 values (after the activation; up1 and up0 before
-    they are added to the skip), then two 32x32 float32 planes: log moment and range-compressed radiance."""
+    """"ODISREFS", uint32 version 1, uint32 maps, uint32 layers; for each map 13x32x32 half floats of
+    input, then for each layer 16 bytes of name, int32 channels, height, width and float32 values
+    (after the activation; up1 and up0 before they meet the skip), then two 32x32 float32 planes: log
+    moment and range-compressed radiance. tests/unit/test_odis_network.c reads them."""
     data = b""
     for i in range(len(inputs)):
         layers = model.layers(inputs[i:i + 1])
@@ -53,22 +54,24 @@ def main():
     p = argparse.ArgumentParser(description=__doc__)
     p.add_argument("checkpoint", help="odis.pt of train.py")
     p.add_argument("-o", "--output", required=True, help="weights file, e.g. weights/odis.bin")
-    p.add_argument("--reference", help="also write reference tensors, e.g. ../../tests/data/odis_reference.bin")
-    p.add_argument("--data", help="file of fewray-odis-data for the references' inputs")
+    p.add_argument("--reference", help="also write reference tensors to this file")
+    p.add_argument("--data", help="file of fewray-odis-data, or of synthetic.py, for their inputs")
     p.add_argument("--maps", type=int, default=2, help="in the references")
     args = p.parse_args()
     state = torch.load(args.checkpoint, weights_only=True)
     model = Odis().eval()
     model.load_state_dict({k: v.half().float() for k, v in state["average"].items()})
-    info = {"network": "odis", "map": "mean" if state["settings"]["loss"] == "l1" else "moment", "steps": state["steps"],
-            "settings": state["settings"], "validation": {k: round(v, 5) for k, v in state["figures"].items()}}
+    info = {"network": "odis", "map": "mean" if state["settings"]["loss"] == "l1" else "moment",
+            "steps": state["steps"], "settings": state["settings"],
+            "validation": {k: round(v, 5) for k, v in state["figures"].items()}}
     write_whole(args.output, container(model, info))
     if args.reference:
         if not args.data:
             raise SystemExit("--reference needs --data")
         records = dataset.open_records(args.data)
         chosen = records[np.linspace(0, len(records) - 1, args.maps).astype(int)]
-        write_whole(args.reference, references(model, torch.from_numpy(chosen["input"].astype(np.float32))))
+        inputs = torch.from_numpy(chosen["input"].astype(np.float32))
+        write_whole(args.reference, references(model, inputs))
 
 
 if __name__ == "__main__":

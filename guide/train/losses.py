@@ -12,13 +12,15 @@ def normalized(values):
 
 def sampling_map(log_moment, cosine):
     """Shares of the bins, proportional to exp(log_moment) * cosine. (N, 32, 32)"""
-    logits = torch.where(cosine > 0, log_moment + torch.log(cosine.clamp(min=1e-6)), torch.full_like(cosine, -1e9))
+    logits = log_moment + torch.log(cosine.clamp(min=1e-6))
+    logits = torch.where(cosine > 0, logits, torch.full_like(cosine, -1e9))
     return torch.softmax(logits.flatten(1), 1).reshape(cosine.shape)
 
 
 def log_excess(shares, inputs, targets, bsdf_fraction):
-    """(N): log of the second moment that the map causes in a one-sample mixture with the cosine density,
-    sum_b t_b^2 / (a q_b + (1 - a) p_b) / (sum_b t_b)^2 with t = cosine * sqrt(E[L^2]); 0 for the best possible map."""
+    """(N): log of the second moment that the map causes in a one-sample mixture with the cosine
+    density, sum_b t_b^2 / (a q_b + (1 - a) p_b) / (sum_b t_b)^2 with t = cosine * sqrt(E[L^2]); 0
+    were the mixture the best possible map."""
     cosine = inputs[:, COSINE]
     truth, density = normalized(cosine * targets[:, 1]), normalized(cosine)
     mixture = bsdf_fraction * density + (1 - bsdf_fraction) * shares

@@ -67,7 +67,8 @@ static bool build(struct stage *stage, const struct options *options, int index)
     return false;
 }
 
-static int write(const struct stage *stage, const struct options *options, int index, struct fewray_error *error) {
+static int write_scene(const struct stage *stage, const struct options *options, int index,
+                       struct fewray_error *error) {
     char path[4096], sky_path[4096], sky_name[32];
     snprintf(sky_name, sizeof sky_name, "%04d-sky.exr", index);
     int a = snprintf(path, sizeof path, "%s/%04d.xml", options->folder, index);
@@ -96,11 +97,12 @@ int main(int argc, char **argv) {
             fprintf(stderr, "fewray-make-scenes: scene %d: no camera found, skipped\n", i);
             continue;
         }
-        int status = write(&stage, &options, i, &error);
+        int status = write_scene(&stage, &options, i, &error);
         stage_clear(&stage);
         if (status < 0) {
             char text[1200];
-            fprintf(stderr, "fewray-make-scenes: %s\n", fewray_error_text(&error, text, sizeof text));
+            fprintf(stderr, "fewray-make-scenes: %s\n",
+                    fewray_error_text(&error, text, sizeof text));
             return 1;
         }
     }

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ODIS network and its discriminator. guide/odis/network.c runs the same layers, by the same names, in C."""
+"""The ODIS network and its discriminator. guide/odis/network.c runs the same layers, by the same
+names, in C."""
 import math
 
 import torch
@@ -24,7 +25,8 @@ def range_expand(compressed):
 
 
 def space_to_depth(bins):
-    """(N, C, 32, 32) -> (N, 4 C, 16, 16); channel (2 dy + dx) C + c is channel c of bin (2 y + dy, 2 x + dx)."""
+    """(N, C, 32, 32) -> (N, 4 C, 16, 16); channel (2 dy + dx) C + c of a cell is channel c of its
+    bin (2 y + dy, 2 x + dx)."""
     n, c, h, w = bins.shape
     cells = bins.reshape(n, c, h // 2, 2, w // 2, 2).permute(0, 3, 5, 1, 2, 4)
     return cells.reshape(n, 4 * c, h // 2, w // 2)
@@ -41,7 +43,8 @@ class SphereConv(nn.Conv2d):
 
 
 class Odis(nn.Module):
-    """(N, 13, 32, 32) gathered bins -> (N, 2, 32, 32): log of the root second moment, range-compressed mean radiance."""
+    """(N, 13, 32, 32) gathered bins -> (N, 2, 32, 32): log of the root second moment,
+    range-compressed mean radiance."""
 
     def __init__(self):
         super().__init__()
@@ -63,14 +66,17 @@ class Odis(nn.Module):
 
     @staticmethod
     def cells(bins):
-        """The stem's input: 2x2 bins at once, masked: what the filled bins bring is scaled by the share of empty ones."""
+        """The stem's input, 2x2 bins at once. Masked: the gathered planes are scaled by 4 / filled
+        bins."""
         filled = F.avg_pool2d(bins[:, MASK:MASK + 1], 2)
         gain = torch.where(filled > 0, 1 / filled.clamp(min=0.25), torch.zeros_like(filled))
         gain = F.interpolate(gain, scale_factor=2, mode="nearest")
-        return space_to_depth(torch.cat([bins[:, :PLANES] * gain, bins[:, MASK:FILL], bins[:, FILL:] * FILL_SCALE], 1))
+        planes, fill = bins[:, :PLANES] * gain, bins[:, FILL:] * FILL_SCALE
+        return space_to_depth(torch.cat([planes, bins[:, MASK:FILL], fill], 1))
 
     def layers(self, bins):
-        """All layers' outputs by name, after their activation; up1 and up0 before they are added to the skip."""
+        """All layers' outputs by name, after the activation; up1 and up0 before they meet the
+        skip."""
         out = {}
 
         def run(name, x, activate=True):
@@ -93,7 +99,8 @@ class Odis(nn.Module):
 
 
 class Discriminator(nn.Module):
-    """Tells range-compressed truth from prediction (paper, section 4.4): (N, 1, 32, 32) -> (N) logits."""
+    """Tells range-compressed truth from prediction (paper, section 4.4): (N, 1, 32, 32) -> (N)
+    logits."""
 
     def __init__(self):
         super().__init__()
@@ -104,7 +111,8 @@ class Discriminator(nn.Module):
                 blocks.append(nn.AvgPool2d(2))
             inputs = outputs
         self.blocks = nn.Sequential(*blocks)
-        self.dense = nn.Sequential(nn.Flatten(), nn.Linear(128 * 16, 256), nn.LeakyReLU(SLOPE), nn.Linear(256, 1))
+        self.dense = nn.Sequential(nn.Flatten(), nn.Linear(128 * 16, 256), nn.LeakyReLU(SLOPE),
+                                   nn.Linear(256, 1))
         for layer in self.modules():
             if isinstance(layer, nn.Conv2d):
                 nn.init.trunc_normal_(layer.weight, std=0.02)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes made-up records in the format of fewray-odis-data, to try the training without a renderer: each map has a few
-bright caps over a dim sphere, seen by one noisy sample in a quarter of the bins."""
+"""Writes made-up records in the format of fewray-odis-data, to try the training without a
+renderer: each map has a few bright caps over a dim sphere, seen by one noisy sample in a quarter
+of the bins."""
 import argparse
 
 import numpy as np
@@ -40,8 +41,9 @@ def make(rng, scene, dirs):
     scale = noisy[mask > 0].mean()
     compress = lambda v: np.log1p(MU * v) / np.log1p(MU)
     record["scene"], record["samples"] = scene, 1
-    planes = [compress(noisy / scale), np.ones_like(truth), *[np.full_like(truth, n) for n in normal],
-              np.full_like(truth, 0.7), *[-dirs[..., i] for i in range(3)], compress(noisy / scale)]
+    radiance, normals = compress(noisy / scale), [np.full_like(truth, n) for n in normal]
+    planes = [radiance, np.ones_like(truth), *normals, np.full_like(truth, 0.7),
+              *[-dirs[..., i] for i in range(3)], radiance]
     record["input"][:10] = np.stack(planes) * mask
     record["input"][10], record["input"][11] = mask, cosine
     record["input"][12] = coarse_fill(noisy / scale, mask)

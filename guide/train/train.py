@@ -17,13 +17,16 @@ from model import COSINE, Discriminator, Odis, range_compress
 def arguments():
     p = argparse.ArgumentParser(description=__doc__)
     p.add_argument("data", nargs="+", help="files of fewray-odis-data")
-    p.add_argument("--validation", nargs="+", default=[], help="files for validation alone (default: every tenth scene)")
+    p.add_argument("--validation", nargs="+", default=[], 
+                   help="files for validation alone (default: every tenth scene)")
     p.add_argument("-o", "--output", required=True, help="folder for checkpoints and log.json")
-    p.add_argument("--minutes", type=float, default=10, help="of training; the learning rate falls to zero over them")
+    p.add_argument("--minutes", type=float, default=10,
+                   help="of training; the learning rate falls to zero over them")
     p.add_argument("--loss", choices=("variance", "l1"), default="variance")
     p.add_argument("--gan", action="store_true", help="adds the paper's discriminator")
     p.add_argument("--gan-weight", type=float, default=4e-3)
-    p.add_argument("--radiance-weight", type=float, default=0.1, help="of L1 on mean radiance beside the variance loss")
+    p.add_argument("--radiance-weight", type=float, default=0.1,
+                   help="of L1 on mean radiance beside the variance loss")
     p.add_argument("--bsdf-fraction", type=float, default=0.25)
     p.add_argument("--batch", type=int, default=64)
     p.add_argument("--rate", type=float, default=2e-3)
@@ -43,12 +46,14 @@ def validate(model, records, args, limit=4096):
     for at in range(0, len(order), 256):
         inputs, targets = records.batch(order[at:at + 256])
         output = model(inputs)
-        maps = {"network": losses.map_of(output, inputs, args.loss), **losses.reference_maps(inputs, targets)}
+        maps = {"network": losses.map_of(output, inputs, args.loss)}
+        maps.update(losses.reference_maps(inputs, targets))
         for name, shares in maps.items():
-            sums[name] = sums.get(name, 0.0) + losses.log_excess(shares, inputs, targets, args.bsdf_fraction).sum().item()
+            excess = losses.log_excess(shares, inputs, targets, args.bsdf_fraction)
+            sums[name] = sums.get(name, 0.0) + excess.sum().item()
         l1 += losses.radiance_l1(output, inputs, targets).item() * len(inputs)
         count += len(inputs)
-    return {**{name: s / max(count, 1) for name, s in sums.items()}, "radiance l1": l1 / max(count, 1)}
+    return {name: s / count for name, s in {**sums, "radiance l1": l1}.items()}
 
 
 class Trainer:
@@ -74,11 +79,13 @@ class Trainer:
         radiance_loss = losses.radiance_l1(output, inputs, targets)
         if args.loss == "variance":
             shares = losses.map_of(output, inputs, args.loss)
-            loss = losses.log_excess(shares, inputs, targets, args.bsdf_fraction).mean() + args.radiance_weight * radiance_loss
+            excess = losses.log_excess(shares, inputs, targets, args.bsdf_fraction)
+            loss = excess.mean() + args.radiance_weight * radiance_loss
         else:
             loss = radiance_loss
         if self.judge:
-            loss = loss + args.gan_weight * losses.adversarial(self.judged(output[:, 1], inputs), True)
+            fooled = losses.adversarial(self.judged(output[:, 1], inputs), True)
+            loss = loss + args.gan_weight * fooled
         if not torch.isfinite(loss):
             raise SystemExit("the loss isn't finite: lower --rate")
         self.optimizer.param_groups[0]["lr"] = rate
@@ -96,14 +103,17 @@ class Trainer:
         return loss.item()
 
     def step_judge(self, made, true, inputs):
-        loss = (losses.adversarial(self.judged(true, inputs), True) + losses.adversarial(self.judged(made, inputs), False)) / 2
+        loss = (losses.adversarial(self.judged(true, inputs), True)
+                + losses.adversarial(self.judged(made, inputs), False)) / 2
         self.judge_optimizer.zero_grad()
         loss.backward()
         self.judge_optimizer.step()
 
     def save(self, figures):
-        state = {"average": self.average.state_dict(), "model": self.model.state_dict(), "steps": self.steps,
-                 "figures": figures, "settings": {k: v for k, v in vars(self.args).items() if k not in ("data", "validation", "output", "start")}}
+        files = ("data", "validation", "output", "start")
+        settings = {k: v for k, v in vars(self.args).items() if k not in files}
+        state = {"average": self.average.state_dict(), "model": self.model.state_dict(),
+                 "steps": self.steps, "figures": figures, "settings": settings}
         path = os.path.join(self.args.output, "odis.pt")
         torch.save(state, path + ".part")
         os.replace(path + ".part", path)
@@ -129,8 +139,8 @@ def main():
         share = (time.monotonic() - start) / total
         if share >= 1 or time.monotonic() - last > args.validate_every:
             figures = validate(trainer.average, validation, args)
-            figures.update(steps=trainer.steps, maps=trainer.steps * args.batch, seconds=time.monotonic() - start,
-                           training=recent / max(batches, 1))
+            figures.update(steps=trainer.steps, maps=trainer.steps * args.batch,
+                           seconds=time.monotonic() - start, training=recent / max(batches, 1))
             log.append(figures)
             print("  ".join(f"{k} {v:.4g}" for k, v in figures.items()), flush=True)
             trainer.save(figures)

@@ -49,8 +49,11 @@ bool regression_case_write(const char *path, const struct regression_case *in) {
                              "width", in->width, "height", in->height, "spp", in->spp, "seeds",
                              in->seeds, "reference_spp", in->reference_spp, "tolerance",
                              in->tolerance, "expected", expected);
-    const bool written =
-        root && !json_dump_file(root, path, JSON_INDENT(2) | JSON_REAL_PRECISION(5));
+    FILE *file = root ? fopen(path, "w") : NULL;
+    bool written = file && !json_dumpf(root, file, JSON_INDENT(2) | JSON_REAL_PRECISION(5)) &&
+                   fputc('\n', file) != EOF;
+    if (file && fclose(file))
+        written = false;
     json_decref(root);
     if (!written)
         fprintf(stderr, "%s: can't be written\n", path);

@@ -140,7 +140,7 @@ static void test_an_interrupted_render_leaves_what_is_done(void **state) {
     (void)state;
     char line[1024];
     snprintf(line, sizeof line,
-             "cd %s && { %s render %s -o cut.exr --spp 65536 --width 64 --height 64 2> err.txt & "
+             "cd %s && { %s render %s -o cut.exr --spp 512 --width 1024 --height 1024 2> err.txt & "
              "sleep 1; kill -TERM $!; wait $!; }",
              folder, FEWRAY_COMMAND, SCENE);
     const int status = system(line);

@@ -85,15 +85,17 @@ static void check_directions(direction_sampler sample, const struct environment_
         expected[b] *= n;
     }
     assert_near(total, 1, 0.01);
+    int other_cell = 0; /* rounding may put a direction on a cell's border into the next one */
     for (int i = 0; i < n; i++) {
         /* Plain pseudo-random numbers: the statistic is for independent samples. */
         float u[2] = {to_unit_float(hash_combine(1, (uint32_t)i)), to_unit_float(hash_combine(2, (uint32_t)i))}, pdf;
         struct vec3 d = sample(table, u, &pdf);
         assert_near(length(d), 1, 1e-4);
         if (!lambert)
-            assert_near(environment_pdf(table, d) / pdf, 1, 0.02);
+            other_cell += fabsf(environment_pdf(table, d) / pdf - 1) > 0.01f;
         observed[sphere_bin(d)]++;
     }
+    assert_true(other_cell <= n / 10000);
     int degrees;
     double statistic = chi_square(observed, expected, SPHERE_BINS, &degrees);
     assert_true(degrees > 100);

@@ -52,6 +52,25 @@ static void test_data_scene(void **state) {
     assert_null(scene);
 }
 
+static void test_any_number_of_threads_loads_the_same(void **state) {
+    struct fewray_scene *scenes[2] = {NULL, NULL};
+    struct fewray_error error;
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        const struct fewray_scene_options options = {.threads = 1 + 3 * i};
+        assert_int_equal(
+            fewray_scene_load(TEST_DATA "/scene/box.xml", &options, &scenes[i], &error), FEWRAY_OK);
+    }
+    for (int m = 0; m < scenes[0]->mesh_count; m++) {
+        const struct mesh *a = &scenes[0]->meshes[m], *b = &scenes[1]->meshes[m];
+        assert_int_equal(a->vertex_count, b->vertex_count);
+        assert_memory_equal(a->positions, b->positions, a->vertex_count * 3 * sizeof(float));
+        assert_memory_equal(a->indices, b->indices, a->triangle_count * 3 * sizeof(uint32_t));
+    }
+    fewray_scene_destroy(&scenes[0]);
+    fewray_scene_destroy(&scenes[1]);
+}
+
 static void test_defines_and_defaults(void **state) {
     static const char *const text =
         "<scene version='3.0.0'>\n<default name='spp' value='4'/><default name='spp_max' "
@@ -345,6 +364,7 @@ static void test_a_scene_may_be_empty(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_data_scene),
+        cmocka_unit_test(test_any_number_of_threads_loads_the_same),
         cmocka_unit_test(test_defines_and_defaults),
         cmocka_unit_test(test_field_of_view_axes),
         cmocka_unit_test(test_transforms_apply_in_order),

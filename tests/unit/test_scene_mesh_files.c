@@ -74,6 +74,23 @@ static void test_damaged_obj_is_refused(void **state) {
     }
 }
 
+static void test_broken_bytes_of_obj_are_refused_or_read(void **state) {
+    static const char *const good = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1.5e0 1 0\nvt 0 1\nvt 1 .5\n"
+                                    "vn 0 0 1\nf 1/1/1 2/2/1 3/1/1\nf 2/2/1 -1/1/1 3/2/1 1/1/1\n";
+    char text[256];
+    (void)state;
+    for (size_t i = 0; i < 8 * strlen(good); i++) {
+        struct mesh_data mesh;
+        struct fewray_error error;
+        strcpy(text, good);
+        text[i / 8] = (char)(text[i / 8] ^ (1 << i % 8));
+        int status = parse_obj(text, &mesh, &error);
+        for (size_t t = 0; !status && t < 3 * (size_t)mesh.triangle_count; t++)
+            assert_true(mesh.indices[t] < mesh.vertex_count);
+        mesh_data_free(&mesh);
+    }
+}
+
 /* --- PLY */
 
 #define PLY_HEADER                                                                                 \
@@ -230,6 +247,7 @@ int main(void) {
         cmocka_unit_test(test_obj_shares_equal_corners),
         cmocka_unit_test(test_obj_reads_normals_and_long_lines),
         cmocka_unit_test(test_damaged_obj_is_refused),
+        cmocka_unit_test(test_broken_bytes_of_obj_are_refused_or_read),
         cmocka_unit_test(test_binary_ply_of_any_layout),
         cmocka_unit_test(test_ply_cut_anywhere_is_refused),
         cmocka_unit_test(test_damaged_ply_is_refused_or_read),

@@ -16,9 +16,11 @@ void build_outdoor(struct stage *stage);
 /* outdoor.c: a closed room, evenly lit by large surfaces: guiding can't pay there. */
 void build_even_room(struct stage *stage);
 
-/* daylight.c: a sky whose mean radiance is `strength`: a picture, a constant, or a constant and a distant disk as sun. */
+/* daylight.c: a sky whose mean radiance is `strength`: a picture, a constant, or a constant and a
+ * distant disk as sun. */
 void build_sky(struct stage *stage, float strength);
-/* daylight.c: ground, houses and trees around a room of this radius (metres) that stands at height 0. */
+/* daylight.c: ground, houses and trees around a room of this radius (metres) that stands at height
+ * 0. */
 void build_surroundings(struct stage *stage, float radius, float ground_y);
 
 #endif

@@ -11,12 +11,14 @@ static struct camera_pose random_pose(struct stage *stage) {
     struct random *r = &stage->random;
     struct vec3 low = stage->camera_low, high = stage->camera_high;
     float x = uniform(r, low.x, high.x), z = uniform(r, low.z, high.z);
-    float y = chance(r, 0.8f) ? fminf(high.y, fmaxf(low.y, uniform(r, 0.9f, 1.8f))) : uniform(r, low.y, high.y);
+    float y = chance(r, 0.8f) ? fminf(high.y, fmaxf(low.y, uniform(r, 0.9f, 1.8f)))
+                              : uniform(r, low.y, high.y);
     struct camera_pose pose = {.eye = xform_point(&stage->root, vec(x, y, z)), .up = vec(0, 1, 0)};
     if (stage->interest_count > 0 && chance(r, 0.75f)) {
         pose.target = stage->interest[between(r, 0, stage->interest_count - 1)];
     } else {
-        float tx = uniform(r, low.x, high.x), tz = uniform(r, low.z, high.z), ty = uniform(r, 0, high.y);
+        float tx = uniform(r, low.x, high.x), tz = uniform(r, low.z, high.z),
+              ty = uniform(r, 0, high.y);
         pose.target = xform_point(&stage->root, vec(tx, ty, tz));
     }
     if (chance(r, 0.2f))
@@ -26,13 +28,15 @@ static struct camera_pose random_pose(struct stage *stage) {
 }
 
 /* How good a view is; negative: unusable. metre: world units of one. */
-static float judge(const struct stage *stage, const struct camera_pose *pose, float aspect, float metre) {
+static float judge(const struct stage *stage, const struct camera_pose *pose, float aspect,
+                   float metre) {
     struct vec3 to = sub(pose->target, pose->eye);
     float away = length(to);
     if (away < 0.6f * metre || fabsf(to.y) > 0.75f * away)
         return -1;
     struct view view = preview_view(stage, pose, aspect);
-    if (view.nearest < 0.12f * metre || view.near_depth < 0.5f * metre || view.median_depth < 1.5f * metre)
+    if (view.nearest < 0.12f * metre || view.near_depth < 0.5f * metre ||
+        view.median_depth < 1.5f * metre)
         return -1;
     if (view.shapes < 5 || view.largest_share > 0.6f || view.sky_share > 0.6f)
         return -1;

@@ -2,7 +2,8 @@
 #ifndef FEWRAY_TRAIN_FURNITURE_H
 #define FEWRAY_TRAIN_FURNITURE_H
 
-/* Things that stand in rooms. A place's origin is on the floor under the thing's middle, z towards its front. */
+/* Things that stand in rooms. A place's origin is on the floor under the thing's middle, z towards
+ * its front. */
 
 #include "guide/train/scenes/stage.h"
 
@@ -16,7 +17,8 @@ float build_cabinet(struct stage *stage, struct xform place);
 
 /* objects.c: smaller and stranger things. */
 /* n small things on the rectangle of these half sizes at the place's y = 0. */
-void build_clutter(struct stage *stage, struct xform place, float half_x, float half_z, float size, int n);
+void build_clutter(struct stage *stage, struct xform place, float half_x, float half_z, float size,
+                   int n);
 float build_stack(struct stage *stage, struct xform place);
 float build_plant(struct stage *stage, struct xform place);
 float build_bars(struct stage *stage, struct xform place);

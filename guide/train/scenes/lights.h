@@ -2,7 +2,8 @@
 #ifndef FEWRAY_TRAIN_LIGHTS_H
 #define FEWRAY_TRAIN_LIGHTS_H
 
-/* Electric lights of a room that stands on y = 0 about its place's origin. Each brings `share` of mean irradiance. */
+/* Electric lights of a room that stands on y = 0 about its place's origin. Each brings `share` of
+ * mean irradiance. */
 
 #include "guide/train/scenes/stage.h"
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Random colours and surfaces, so that pictures look lived in: pale walls, brown floors, colourful things. */
+/* Random colours and surfaces, so that pictures look lived in: pale walls, brown floors, colourful
+ * things. */
 
 #include "guide/train/scenes/palette.h"
 
@@ -29,7 +30,8 @@ struct vec3 color_light(struct random *r) {
         tint = color_hsv(uniform(r, 0, 1), uniform(r, 0.2f, 0.8f), 1);
     } else {
         float warm = uniform(r, -0.4f, 1);
-        tint = warm > 0 ? vec(1, 1 - 0.35f * warm, 1 - 0.7f * warm) : vec(1 + 0.5f * warm, 1 + 0.25f * warm, 1);
+        tint = warm > 0 ? vec(1, 1 - 0.35f * warm, 1 - 0.7f * warm)
+                        : vec(1 + 0.5f * warm, 1 + 0.25f * warm, 1);
     }
     return scale(tint, 1 / luminance(tint));
 }
@@ -38,7 +40,8 @@ int surface_wall(struct stage *stage) {
     struct random *r = &stage->random;
     if (chance(r, 0.15f))
         return surface_any(stage);
-    float hue = uniform(r, 0, 1), saturation = chance(r, 0.6f) ? uniform(r, 0, 0.12f) : uniform(r, 0.1f, 0.5f);
+    float hue = uniform(r, 0, 1),
+          saturation = chance(r, 0.6f) ? uniform(r, 0, 0.12f) : uniform(r, 0.1f, 0.5f);
     struct vec3 color = color_hsv(hue, saturation, uniform(r, 0.4f, 0.9f));
     if (!chance(r, 0.15f))
         return stage_material(stage, color);
@@ -49,7 +52,9 @@ int surface_wall(struct stage *stage) {
 
 int surface_floor(struct stage *stage) {
     struct random *r = &stage->random;
-    struct vec3 color = chance(r, 0.5f) ? color_wood(r) : color_hsv(uniform(r, 0, 1), uniform(r, 0, 0.3f), uniform(r, 0.1f, 0.8f));
+    struct vec3 color =
+        chance(r, 0.5f) ? color_wood(r)
+                        : color_hsv(uniform(r, 0, 1), uniform(r, 0, 0.3f), uniform(r, 0.1f, 0.8f));
     if (chance(r, 0.45f))
         return stage_material(stage, color);
     struct vec3 other = chance(r, 0.7f) ? scale(color, uniform(r, 0.2f, 0.9f)) : color_any(r);

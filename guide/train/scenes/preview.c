@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define VIEW_WIDTH 20
-#define VIEW_HEIGHT 12
-#define EXPOSURE_WIDTH 28
-#define EXPOSURE_HEIGHT 17
+#define VIEW_WIDTH       20
+#define VIEW_HEIGHT      12
+#define EXPOSURE_WIDTH   28
+#define EXPOSURE_HEIGHT  17
 #define EXPOSURE_SAMPLES 10
 
 static float plane_hit(enum shape_kind kind, struct vec3 o, struct vec3 d) {
@@ -50,16 +50,20 @@ static struct vec3 shape_normal(const struct shape *shape, struct vec3 local) {
     return normalize(xform_vector(&shape->to_world, n));
 }
 
-bool preview_hit(const struct stage *stage, struct vec3 origin, struct vec3 dir, float farthest, struct hit *hit) {
-    float least = 1e-4f * (1 + fmaxf(fabsf(origin.x), fmaxf(fabsf(origin.y), fabsf(origin.z)))), nearest = farthest;
+bool preview_hit(const struct stage *stage, struct vec3 origin, struct vec3 dir, float farthest,
+                 struct hit *hit) {
+    float least = 1e-4f * (1 + fmaxf(fabsf(origin.x), fmaxf(fabsf(origin.y), fabsf(origin.z)))),
+          nearest = farthest;
     int found = -1;
     for (int i = 0; i < stage->shape_count; i++) {
         const struct shape *shape = &stage->shapes[i];
         struct vec3 to = sub(shape->center, origin);
         float along = dot(to, dir), reach = shape->radius;
-        if (dot(to, to) - along * along > reach * reach || along + reach < 0 || along - reach > nearest)
+        if (dot(to, to) - along * along > reach * reach || along + reach < 0 ||
+            along - reach > nearest)
             continue;
-        struct vec3 o = xform_point(&shape->to_local, origin), d = xform_vector(&shape->to_local, dir);
+        struct vec3 o = xform_point(&shape->to_local, origin),
+                    d = xform_vector(&shape->to_local, dir);
         float t = shape->kind == SHAPE_CUBE     ? cube_hit(o, d, least)
                   : shape->kind == SHAPE_SPHERE ? sphere_hit(o, d, least)
                                                 : plane_hit(shape->kind, o, d);
@@ -90,9 +94,12 @@ static int compare_floats(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-static int compare_ints(const void *a, const void *b) { return *(const int *)a - *(const int *)b; }
+static int compare_ints(const void *a, const void *b) {
+    return *(const int *)a - *(const int *)b;
+}
 
-struct view preview_view(const struct stage *stage, const struct camera_pose *camera, float aspect) {
+struct view preview_view(const struct stage *stage, const struct camera_pose *camera,
+                         float aspect) {
     enum { N = VIEW_WIDTH * VIEW_HEIGHT };
     float depths[N];
     int shapes[N];
@@ -101,7 +108,8 @@ struct view preview_view(const struct stage *stage, const struct camera_pose *ca
         float x = 2 * ((float)(i % VIEW_WIDTH) + 0.5f) / VIEW_WIDTH - 1;
         float y = 2 * ((float)(i / VIEW_WIDTH) + 0.5f) / VIEW_HEIGHT - 1;
         struct hit hit;
-        bool found = preview_hit(stage, camera->eye, preview_camera_dir(camera, x, y, aspect), 1e30f, &hit);
+        bool found =
+            preview_hit(stage, camera->eye, preview_camera_dir(camera, x, y, aspect), 1e30f, &hit);
         depths[i] = found ? hit.distance : 1e30f;
         shapes[i] = found ? hit.shape : -1;
         view.sky_share += found ? 0 : 1.0f / N;
@@ -124,15 +132,18 @@ static float reflectance(const struct stage *stage, int shape) {
 
 static struct vec3 cosine_dir(struct random *r, struct vec3 n) {
     float u = uniform(r, 0, 1), phi = uniform(r, 0, 2 * PI_F), rho = sqrtf(u);
-    struct vec3 t = normalize(cross(fabsf(n.y) < 0.9f ? vec(0, 1, 0) : vec(1, 0, 0), n)), b = cross(n, t);
-    return normalize(add(add(scale(t, rho * cosf(phi)), scale(b, rho * sinf(phi))), scale(n, sqrtf(1 - u))));
+    struct vec3 t = normalize(cross(fabsf(n.y) < 0.9f ? vec(0, 1, 0) : vec(1, 0, 0), n)),
+                b = cross(n, t);
+    return normalize(
+        add(add(scale(t, rho * cosf(phi)), scale(b, rho * sinf(phi))), scale(n, sqrtf(1 - u))));
 }
 
 /* A point on a shape, uniform in area; returns its normal. */
 static struct vec3 shape_point(struct random *r, const struct shape *shape, struct vec3 *point) {
     struct vec3 local;
     if (shape->kind == SHAPE_SPHERE) {
-        float z = uniform(r, -1, 1), phi = uniform(r, 0, 2 * PI_F), rho = sqrtf(fmaxf(0, 1 - z * z));
+        float z = uniform(r, -1, 1), phi = uniform(r, 0, 2 * PI_F),
+              rho = sqrtf(fmaxf(0, 1 - z * z));
         local = vec(rho * cosf(phi), rho * sinf(phi), z);
     } else if (shape->kind == SHAPE_DISK) {
         float rho = sqrtf(uniform(r, 0, 1)), phi = uniform(r, 0, 2 * PI_F);
@@ -164,8 +175,8 @@ static void collect_lights(const struct stage *stage, struct light_table *table)
 }
 
 /* Irradiance / pi at a point from one light sample and the sky's sun. */
-static float direct_light(const struct stage *stage, const struct light_table *lights, struct vec3 at, struct vec3 n,
-                          struct random *r) {
+static float direct_light(const struct stage *stage, const struct light_table *lights,
+                          struct vec3 at, struct vec3 n, struct random *r) {
     float sum = 0;
     if (lights->total > 0) {
         float u = uniform(r, 0, lights->total);
@@ -182,20 +193,22 @@ static float direct_light(const struct stage *stage, const struct light_table *l
     }
     const struct sky *sky = &stage->sky;
     float solid_angle = 2 * PI_F * (1 - sky->sun_cos), cosine = dot(n, sky->sun_dir);
-    if (sky->kind == SKY_MAP && sky->sun_cos <= 1 && cosine > 0 && !preview_hit(stage, at, sky->sun_dir, 1e30f, NULL))
+    if (sky->kind == SKY_MAP && sky->sun_cos <= 1 && cosine > 0 &&
+        !preview_hit(stage, at, sky->sun_dir, 1e30f, NULL))
         sum += luminance(sky->sun) * sky->strength * solid_angle * cosine / PI_F;
     return sum;
 }
 
 /* Radiance reflected towards a camera ray; *emitted gets what the ray sees directly. */
-static float reflected(const struct stage *stage, const struct light_table *lights, struct vec3 origin, struct vec3 dir,
-                       struct random *r, float *emitted) {
+static float reflected(const struct stage *stage, const struct light_table *lights,
+                       struct vec3 origin, struct vec3 dir, struct random *r, float *emitted) {
     float sum = 0, throughput = 1;
     *emitted = 0;
     for (int bounce = 0; bounce < 3; bounce++) {
         struct hit hit;
         bool found = preview_hit(stage, origin, dir, 1e30f, &hit);
-        float light = luminance(found ? stage->shapes[hit.shape].radiance : sky_radiance(&stage->sky, dir, false));
+        float light = luminance(found ? stage->shapes[hit.shape].radiance
+                                      : sky_radiance(&stage->sky, dir, false));
         if (bounce == 0)
             *emitted = light;
         else if (!found)
@@ -211,8 +224,8 @@ static float reflected(const struct stage *stage, const struct light_table *ligh
     return sum;
 }
 
-struct exposure preview_exposure(const struct stage *stage, const struct camera_pose *camera, float aspect,
-                                 struct random *r) {
+struct exposure preview_exposure(const struct stage *stage, const struct camera_pose *camera,
+                                 float aspect, struct random *r) {
     enum { N = EXPOSURE_WIDTH * EXPOSURE_HEIGHT };
     float pixels[N];
     struct light_table lights;
@@ -225,7 +238,8 @@ struct exposure preview_exposure(const struct stage *stage, const struct camera_
             float y = 2 * ((float)(i / EXPOSURE_WIDTH) + uniform(r, 0, 1)) / EXPOSURE_HEIGHT - 1;
             struct vec3 dir = preview_camera_dir(camera, x, y, aspect);
             float emitted;
-            pixels[i] += reflected(stage, &lights, camera->eye, dir, r, &emitted) / EXPOSURE_SAMPLES;
+            pixels[i] +=
+                reflected(stage, &lights, camera->eye, dir, r, &emitted) / EXPOSURE_SAMPLES;
             exposure.emitted += emitted / (N * EXPOSURE_SAMPLES);
         }
     }

@@ -12,7 +12,8 @@ struct hit {
     int shape;
 };
 
-bool preview_hit(const struct stage *stage, struct vec3 origin, struct vec3 dir, float farthest, struct hit *hit);
+bool preview_hit(const struct stage *stage, struct vec3 origin, struct vec3 dir, float farthest,
+                 struct hit *hit);
 /* A ray of the camera through x, y in -1..1 (right, up) of a picture with this width / height. */
 struct vec3 preview_camera_dir(const struct camera_pose *camera, float x, float y, float aspect);
 
@@ -25,12 +26,12 @@ struct view {
 };
 struct view preview_view(const struct stage *stage, const struct camera_pose *camera, float aspect);
 
-/* Luminance: means over the picture of reflected light (without the brightest 2 %) and of what is seen directly, and
- * the share of pixels that got light. */
+/* Luminance: means over the picture of reflected light (without the brightest 2 %) and of what is
+ * seen directly, and the share of pixels that got light. */
 struct exposure {
     float reflected, emitted, lit_share;
 };
-struct exposure preview_exposure(const struct stage *stage, const struct camera_pose *camera, float aspect,
-                                 struct random *random);
+struct exposure preview_exposure(const struct stage *stage, const struct camera_pose *camera,
+                                 float aspect, struct random *random);
 
 #endif

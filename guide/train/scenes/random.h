@@ -2,7 +2,8 @@
 #ifndef FEWRAY_TRAIN_RANDOM_H
 #define FEWRAY_TRAIN_RANDOM_H
 
-/* Random numbers of the scene generator: PCG32 (O'Neill 2014), the same sequence on every machine. */
+/* Random numbers of the scene generator: PCG32 (O'Neill 2014), the same sequence on every machine.
+ */
 
 #include <math.h>
 #include <stdbool.h>
@@ -20,7 +21,8 @@ static inline uint32_t random_bits(struct random *r) {
 }
 
 static inline struct random random_seed(uint64_t seed, uint64_t stream) {
-    struct random r = {seed * 0x9E3779B97F4A7C15ULL + stream * 0xD1B54A32D192ED03ULL + 0x632BE5ABULL};
+    struct random r = {seed * 0x9E3779B97F4A7C15ULL + stream * 0xD1B54A32D192ED03ULL +
+                       0x632BE5ABULL};
     for (int i = 0; i < 4; i++)
         random_bits(&r);
     return r;

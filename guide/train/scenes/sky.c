@@ -3,12 +3,13 @@
 
 #include "guide/train/scenes/sky.h"
 
-#define MAP_WIDTH 256
-#define MAP_HEIGHT 128
+#define MAP_WIDTH      256
+#define MAP_HEIGHT     128
 #define MAP_SUBSAMPLES 4
 
 static float lattice(uint32_t seed, int x, int y, int z) {
-    uint32_t h = seed ^ ((uint32_t)x * 0x8DA6B343u) ^ ((uint32_t)y * 0xD8163841u) ^ ((uint32_t)z * 0xCB1AB31Fu);
+    uint32_t h = seed ^ ((uint32_t)x * 0x8DA6B343u) ^ ((uint32_t)y * 0xD8163841u) ^
+                 ((uint32_t)z * 0xCB1AB31Fu);
     h = (h ^ (h >> 15)) * 0x2C1B3C6Du;
     h = (h ^ (h >> 12)) * 0x297A2D39u;
     return (float)((h ^ (h >> 15)) >> 8) * 0x1p-24f;
@@ -36,10 +37,13 @@ static float fractal(uint32_t seed, struct vec3 p) {
     return sum / 0.9375f;
 }
 
-static struct vec3 mix(struct vec3 a, struct vec3 b, float t) { return add(scale(a, 1 - t), scale(b, t)); }
+static struct vec3 mix(struct vec3 a, struct vec3 b, float t) {
+    return add(scale(a, 1 - t), scale(b, t));
+}
 
 static struct vec3 direction(struct random *r, float low_y, float high_y) {
-    float y = uniform(r, low_y, high_y), azimuth = uniform(r, 0, 2 * PI_F), rho = sqrtf(fmaxf(0, 1 - y * y));
+    float y = uniform(r, low_y, high_y), azimuth = uniform(r, 0, 2 * PI_F),
+          rho = sqrtf(fmaxf(0, 1 - y * y));
     return vec(rho * cosf(azimuth), y, rho * sinf(azimuth));
 }
 
@@ -50,7 +54,8 @@ static void studio(struct sky *sky, struct random *r) {
         float radius = log_uniform(r, 0.03f, 0.5f);
         sky->panel_cos[i] = cosf(radius);
         sky->panel_dir[i] = direction(r, -0.1f, 1);
-        float strength = log_uniform(r, 0.5f, 2) / (1 - sky->panel_cos[i]) / (float)sky->panel_count;
+        float strength =
+            log_uniform(r, 0.5f, 2) / (1 - sky->panel_cos[i]) / (float)sky->panel_count;
         struct vec3 tint = vec(uniform(r, 0.7f, 1), uniform(r, 0.7f, 1), uniform(r, 0.7f, 1));
         sky->panel[i] = scale(tint, strength);
     }
@@ -70,7 +75,8 @@ static void daylight(struct sky *sky, struct random *r) {
     if (chance(r, 0.75f)) {
         float radius = log_uniform(r, 0.006f, 0.08f);
         sky->sun_cos = cosf(radius);
-        /* Strength by irradiance, as the disc's size says nothing about it: up to ten times the sky's. */
+        /* Strength by irradiance, as the disc's size says nothing about it: up to ten times the
+         * sky's. */
         float irradiance = log_uniform(r, 0.3f, 30);
         sky->sun = scale(sun_tint, irradiance / (PI_F * radius * radius));
     }
@@ -112,10 +118,13 @@ struct vec3 sky_radiance(const struct sky *sky, struct vec3 dir, bool with_sun) 
     } else {
         radiance = mix(sky->horizon, sky->zenith, powf(fmaxf(0, dir.y), 0.5f));
         float toward = fmaxf(0, dot(dir, sky->sun_dir));
-        radiance = add(radiance, scale(vec(1, 0.95f, 0.85f), sky->glow * powf(toward, sky->glow_power)));
+        radiance =
+            add(radiance, scale(vec(1, 0.95f, 0.85f), sky->glow * powf(toward, sky->glow_power)));
         if (sky->cloud > 0) {
-            struct vec3 at = scale(vec(dir.x, 0.3f, dir.z), sky->cloud_scale / (0.2f + fmaxf(0, dir.y)));
-            float cover = fminf(1, fmaxf(0, (fractal(sky->noise_seed, at) - 1 + sky->cloud) * 5 + 0.5f));
+            struct vec3 at =
+                scale(vec(dir.x, 0.3f, dir.z), sky->cloud_scale / (0.2f + fmaxf(0, dir.y)));
+            float cover =
+                fminf(1, fmaxf(0, (fractal(sky->noise_seed, at) - 1 + sky->cloud) * 5 + 0.5f));
             radiance = mix(radiance, scale(vec(1, 1, 1), sky->cloud_light), cover * 0.9f);
         }
         if (with_sun && toward > sky->sun_cos)
@@ -148,7 +157,8 @@ int sky_write(const struct sky *sky, const char *path, struct fewray_error *erro
         for (int s = 0; s < MAP_SUBSAMPLES * MAP_SUBSAMPLES; s++) {
             float dx = ((float)(s % MAP_SUBSAMPLES) + 0.5f) / MAP_SUBSAMPLES;
             float dy = ((float)(s / MAP_SUBSAMPLES) + 0.5f) / MAP_SUBSAMPLES;
-            float u = ((float)(i % MAP_WIDTH) + dx) / MAP_WIDTH, v = ((float)(i / MAP_WIDTH) + dy) / MAP_HEIGHT;
+            float u = ((float)(i % MAP_WIDTH) + dx) / MAP_WIDTH,
+                  v = ((float)(i / MAP_WIDTH) + dy) / MAP_HEIGHT;
             sum = add(sum, sky_radiance(sky, pixel_direction(u, v), true));
         }
         sum = scale(sum, 1.0f / (MAP_SUBSAMPLES * MAP_SUBSAMPLES));

@@ -2,7 +2,8 @@
 #ifndef FEWRAY_TRAIN_SKY_H
 #define FEWRAY_TRAIN_SKY_H
 
-/* What lies outside the windows: a constant, or a procedural sky that is written as a latitude-longitude picture. */
+/* What lies outside the windows: a constant, or a procedural sky that is written as a
+ * latitude-longitude picture. */
 
 #include "features/features.h"
 #include "guide/train/scenes/random.h"
@@ -16,13 +17,14 @@ struct sky {
     enum sky_kind kind;
     float strength; /* multiplies all that follows */
     struct vec3 zenith, horizon, ground;
-    struct vec3 sun_dir; /* unit, towards the sun */
-    struct vec3 sun;     /* radiance of its disc, zero = none */
-    float sun_cos;       /* cosine of its angular radius */
-    float glow, glow_power; /* halo around the sun */
+    struct vec3 sun_dir;                   /* unit, towards the sun */
+    struct vec3 sun;                       /* radiance of its disc, zero = none */
+    float sun_cos;                         /* cosine of its angular radius */
+    float glow, glow_power;                /* halo around the sun */
     float cloud, cloud_scale, cloud_light; /* cover 0..1, frequency, brightness */
-    float skyline, skyline_scale;          /* height of hills and houses over the horizon, sine of elevation */
-    int panel_count;                       /* soft boxes and street lamps: discs of light */
+    float skyline,
+        skyline_scale; /* height of hills and houses over the horizon, sine of elevation */
+    int panel_count;   /* soft boxes and street lamps: discs of light */
     struct vec3 panel_dir[SKY_PANELS], panel[SKY_PANELS];
     float panel_cos[SKY_PANELS];
     uint32_t noise_seed;

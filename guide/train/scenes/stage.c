@@ -6,7 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct xform xform_identity(void) { return xform_scale(1, 1, 1); }
+struct xform xform_identity(void) {
+    return xform_scale(1, 1, 1);
+}
 
 struct xform xform_translate(float x, float y, float z) {
     return (struct xform){{1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z}};
@@ -106,7 +108,8 @@ static bool grow(struct stage *stage, void **items, int count, int *capacity, si
     return true;
 }
 
-int stage_checkerboard(struct stage *stage, struct vec3 color0, struct vec3 color1, float scale_u, float scale_v) {
+int stage_checkerboard(struct stage *stage, struct vec3 color0, struct vec3 color1, float scale_u,
+                       float scale_v) {
     if (!grow(stage, (void **)&stage->materials, stage->material_count, &stage->material_capacity,
               sizeof *stage->materials))
         return 0;
@@ -119,12 +122,15 @@ int stage_material(struct stage *stage, struct vec3 color) {
 }
 
 int stage_add(struct stage *stage, enum shape_kind kind, struct xform to_world, int material) {
-    if (!grow(stage, (void **)&stage->shapes, stage->shape_count, &stage->shape_capacity, sizeof *stage->shapes))
+    if (!grow(stage, (void **)&stage->shapes, stage->shape_count, &stage->shape_capacity,
+              sizeof *stage->shapes))
         return 0;
     const float *m = to_world.m;
     float x = length(vec(m[0], m[4], m[8])), y = length(vec(m[1], m[5], m[9]));
     float z = kind == SHAPE_CUBE ? length(vec(m[2], m[6], m[10])) : 0;
-    float radius = kind == SHAPE_SPHERE ? x : kind == SHAPE_DISK ? fmaxf(x, y) : sqrtf(x * x + y * y + z * z);
+    float radius = kind == SHAPE_SPHERE ? x
+                   : kind == SHAPE_DISK ? fmaxf(x, y)
+                                        : sqrtf(x * x + y * y + z * z);
     stage->shapes[stage->shape_count] = (struct shape){.kind = kind,
                                                        .to_world = to_world,
                                                        .to_local = xform_inverse(to_world),
@@ -134,16 +140,20 @@ int stage_add(struct stage *stage, enum shape_kind kind, struct xform to_world, 
     return stage->shape_count++;
 }
 
-int stage_box(struct stage *stage, struct xform place, struct vec3 center, struct vec3 half, int material) {
+int stage_box(struct stage *stage, struct xform place, struct vec3 center, struct vec3 half,
+              int material) {
     struct xform at = xform_multiply(place, xform_translate(center.x, center.y, center.z));
-    return stage_add(stage, SHAPE_CUBE, xform_multiply(at, xform_scale(half.x, half.y, half.z)), material);
+    return stage_add(stage, SHAPE_CUBE, xform_multiply(at, xform_scale(half.x, half.y, half.z)),
+                     material);
 }
 
-int stage_ball(struct stage *stage, struct xform place, struct vec3 center, float radius, int material) {
+int stage_ball(struct stage *stage, struct xform place, struct vec3 center, float radius,
+               int material) {
     /* Without the place's rotation: rounding would look like a shear to Mitsuba's sphere. */
     struct vec3 at = xform_point(&place, center);
     float r = radius * length(xform_vector(&place, vec(1, 0, 0)));
-    return stage_add(stage, SHAPE_SPHERE, (struct xform){{r, 0, 0, at.x, 0, r, 0, at.y, 0, 0, r, at.z}}, material);
+    return stage_add(stage, SHAPE_SPHERE,
+                     (struct xform){{r, 0, 0, at.x, 0, r, 0, at.y, 0, 0, r, at.z}}, material);
 }
 
 int stage_panel(struct stage *stage, enum shape_kind kind, struct xform place, struct vec3 center,
@@ -151,13 +161,14 @@ int stage_panel(struct stage *stage, enum shape_kind kind, struct xform place, s
     struct vec3 n = normalize(normal);
     struct vec3 up = fabsf(n.y) < 0.9f ? vec(0, 1, 0) : vec(0, 0, 1);
     struct vec3 u = normalize(cross(up, n)), v = cross(n, u);
-    struct xform frame = {{u.x, v.x, n.x, center.x, u.y, v.y, n.y, center.y, u.z, v.z, n.z, center.z}};
+    struct xform frame = {
+        {u.x, v.x, n.x, center.x, u.y, v.y, n.y, center.y, u.z, v.z, n.z, center.z}};
     struct xform local = xform_multiply(frame, xform_scale(half_u, half_v, 1));
     return stage_add(stage, kind, xform_multiply(place, local), material);
 }
 
-void stage_tube(struct stage *stage, struct xform place, struct vec3 center, float radius, float height, int sides,
-                int material) {
+void stage_tube(struct stage *stage, struct xform place, struct vec3 center, float radius,
+                float height, int sides, int material) {
     float half_side = radius * tanf(PI_F / (float)sides);
     for (int i = 0; i < sides; i++) {
         float angle = 2 * PI_F * (float)i / (float)sides;
@@ -169,7 +180,8 @@ void stage_tube(struct stage *stage, struct xform place, struct vec3 center, flo
 
 float shape_area(const struct shape *shape) {
     const float *m = shape->to_world.m;
-    float x = length(vec(m[0], m[4], m[8])), y = length(vec(m[1], m[5], m[9])), z = length(vec(m[2], m[6], m[10]));
+    float x = length(vec(m[0], m[4], m[8])), y = length(vec(m[1], m[5], m[9])),
+          z = length(vec(m[2], m[6], m[10]));
     switch (shape->kind) {
     case SHAPE_RECTANGLE:
         return 4 * x * y;

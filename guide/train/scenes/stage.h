@@ -2,8 +2,8 @@
 #ifndef FEWRAY_TRAIN_STAGE_H
 #define FEWRAY_TRAIN_STAGE_H
 
-/* A generated scene while it is being built: shapes, materials, sky and camera. Builders work in metres (y up, the
- * floor at y = 0); stage.root takes metres to the scene's own units. */
+/* A generated scene while it is being built: shapes, materials, sky and camera. Builders work in
+ * metres (y up, the floor at y = 0); stage.root takes metres to the scene's own units. */
 
 #include "guide/train/scenes/random.h"
 #include "guide/train/scenes/sky.h"
@@ -27,7 +27,8 @@ struct xform moved(struct xform place, float x, float y, float z, float yaw);
 /* place moved and then turned about an arbitrary axis. */
 struct xform tumbled(struct random *r, struct xform place, struct vec3 at);
 
-/* Unit shapes as Mitsuba has them: [-1,1]^2 in xy facing +z, the unit disk, [-1,1]^3, the unit sphere. */
+/* Unit shapes as Mitsuba has them: [-1,1]^2 in xy facing +z, the unit disk, [-1,1]^3, the unit
+ * sphere. */
 enum shape_kind { SHAPE_RECTANGLE, SHAPE_DISK, SHAPE_CUBE, SHAPE_SPHERE };
 
 struct shape {
@@ -59,7 +60,7 @@ struct stage {
     struct shape *shapes;
     struct material *materials;
     struct sky sky;
-    struct vec3 camera_low, camera_high; /* root's metres: where a camera may stand */
+    struct vec3 camera_low, camera_high;   /* root's metres: where a camera may stand */
     struct vec3 interest[STAGE_INTERESTS]; /* world space: what is worth looking at */
     int interest_count;
     float surface; /* world units^2: what the lights have to light, for their strengths */
@@ -74,18 +75,21 @@ void stage_clear(struct stage *stage);
 void stage_look_here(struct stage *stage, struct xform place, struct vec3 at);
 
 int stage_material(struct stage *stage, struct vec3 color);
-int stage_checkerboard(struct stage *stage, struct vec3 color0, struct vec3 color1, float scale_u, float scale_v);
+int stage_checkerboard(struct stage *stage, struct vec3 color0, struct vec3 color1, float scale_u,
+                       float scale_v);
 
 /* Adds a shape; returns its index (0 where memory is short). */
 int stage_add(struct stage *stage, enum shape_kind kind, struct xform to_world, int material);
-int stage_box(struct stage *stage, struct xform place, struct vec3 center, struct vec3 half, int material);
-int stage_ball(struct stage *stage, struct xform place, struct vec3 center, float radius, int material);
+int stage_box(struct stage *stage, struct xform place, struct vec3 center, struct vec3 half,
+              int material);
+int stage_ball(struct stage *stage, struct xform place, struct vec3 center, float radius,
+               int material);
 /* A rectangle or disk of the given half sizes that faces along normal (both in place's metres). */
 int stage_panel(struct stage *stage, enum shape_kind kind, struct xform place, struct vec3 center,
                 struct vec3 normal, float half_u, float half_v, int material);
 /* The side of a cylinder along y, of flat strips; from y = center.y to center.y + height. */
-void stage_tube(struct stage *stage, struct xform place, struct vec3 center, float radius, float height, int sides,
-                int material);
+void stage_tube(struct stage *stage, struct xform place, struct vec3 center, float radius,
+                float height, int sides, int material);
 
 /* Makes a shape a light that brings `share` of mean irradiance to the stage's surface. */
 void stage_light(struct stage *stage, int shape, struct vec3 tint, float share);

@@ -2,8 +2,8 @@
 #ifndef FEWRAY_TRAIN_WALLS_H
 #define FEWRAY_TRAIN_WALLS_H
 
-/* Walls with openings, and what fills the openings. A wall's place: x along its length, y up, z into the room; it fills
- * z from -thickness to 0. */
+/* Walls with openings, and what fills the openings. A wall's place: x along its length, y up, z
+ * into the room; it fills z from -thickness to 0. */
 
 #include "guide/train/scenes/stage.h"
 
@@ -27,7 +27,9 @@ void build_wall(struct stage *stage, const struct wall *wall);
 void build_window(struct stage *stage, const struct wall *wall, const struct opening *opening);
 /* Frame and a leaf that stands ajar. */
 void build_door(struct stage *stage, const struct wall *wall, const struct opening *opening);
-/* A closed, lit room behind an opening; share: the irradiance that its lights would bring to the stage. */
-void build_neighbour(struct stage *stage, const struct wall *wall, const struct opening *opening, float share);
+/* A closed, lit room behind an opening; share: the irradiance that its lights would bring to the
+ * stage. */
+void build_neighbour(struct stage *stage, const struct wall *wall, const struct opening *opening,
+                     float share);
 
 #endif

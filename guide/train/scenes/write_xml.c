@@ -13,20 +13,27 @@ static void write_matrix(FILE *file, const struct xform *x) {
 }
 
 static void write_rgb(FILE *file, const char *name, struct vec3 c) {
-    fprintf(file, "<rgb name=\"%s\" value=\"%.5g, %.5g, %.5g\"/>", name, (double)c.x, (double)c.y, (double)c.z);
+    fprintf(file, "<rgb name=\"%s\" value=\"%.5g, %.5g, %.5g\"/>", name, (double)c.x, (double)c.y,
+            (double)c.z);
 }
 
 static void write_camera(FILE *file, const struct camera_pose *camera, int width, int height) {
     struct vec3 forward = normalize(sub(camera->target, camera->eye));
-    struct vec3 left = normalize(cross(camera->up, forward)), up = cross(forward, left), eye = camera->eye;
-    struct xform to_world = {{left.x, up.x, forward.x, eye.x, left.y, up.y, forward.y, eye.y, left.z, up.z, forward.z, eye.z}};
-    fprintf(file, "  <sensor type=\"perspective\">\n    <float name=\"fov\" value=\"%.4g\"/>\n", (double)camera->fov);
+    struct vec3 left = normalize(cross(camera->up, forward)), up = cross(forward, left),
+                eye = camera->eye;
+    struct xform to_world = {{left.x, up.x, forward.x, eye.x, left.y, up.y, forward.y, eye.y,
+                              left.z, up.z, forward.z, eye.z}};
+    fprintf(file, "  <sensor type=\"perspective\">\n    <float name=\"fov\" value=\"%.4g\"/>\n",
+            (double)camera->fov);
     fprintf(file, "    <string name=\"fov_axis\" value=\"x\"/>\n    ");
     write_matrix(file, &to_world);
-    fprintf(file, "    <sampler type=\"independent\"><integer name=\"sample_count\" value=\"4\"/></sampler>\n");
+    fprintf(file, "    <sampler type=\"independent\"><integer name=\"sample_count\" "
+                  "value=\"4\"/></sampler>\n");
     fprintf(file,
-            "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"%d\"/><integer name=\"height\" value=\"%d\"/>"
-            "<string name=\"pixel_format\" value=\"rgb\"/><rfilter type=\"box\"/></film>\n  </sensor>\n",
+            "    <film type=\"hdrfilm\"><integer name=\"width\" value=\"%d\"/><integer "
+            "name=\"height\" value=\"%d\"/>"
+            "<string name=\"pixel_format\" value=\"rgb\"/><rfilter type=\"box\"/></film>\n  "
+            "</sensor>\n",
             width, height);
 }
 
@@ -37,7 +44,9 @@ static void write_material(FILE *file, const struct material *m, int index) {
         fprintf(file, "<texture name=\"reflectance\" type=\"checkerboard\">");
         write_rgb(file, "color0", m->color0);
         write_rgb(file, "color1", m->color1);
-        fprintf(file, "<transform name=\"to_uv\"><scale x=\"%.4g\" y=\"%.4g\"/></transform></texture>", (double)m->scale_u, (double)m->scale_v);
+        fprintf(file,
+                "<transform name=\"to_uv\"><scale x=\"%.4g\" y=\"%.4g\"/></transform></texture>",
+                (double)m->scale_u, (double)m->scale_v);
     } else {
         write_rgb(file, "reflectance", m->color0);
     }
@@ -63,17 +72,21 @@ static void write_sky(FILE *file, const struct sky *sky, const char *sky_name) {
         write_rgb(file, "radiance", scale(sky->horizon, sky->strength));
         fprintf(file, "</emitter>\n");
     } else if (sky->kind == SKY_MAP) {
-        fprintf(file, "  <emitter type=\"envmap\"><string name=\"filename\" value=\"%s\"/></emitter>\n", sky_name);
+        fprintf(file,
+                "  <emitter type=\"envmap\"><string name=\"filename\" value=\"%s\"/></emitter>\n",
+                sky_name);
     }
 }
 
-int stage_write_xml(const struct stage *stage, int width, int height, const char *path, const char *sky_name,
-                    struct fewray_error *error) {
+int stage_write_xml(const struct stage *stage, int width, int height, const char *path,
+                    const char *sky_name, struct fewray_error *error) {
     FILE *file = fopen(path, "w");
     if (!file)
-        return fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "can't be written: does its folder exist?");
+        return fewray_fail(error, FEWRAY_ERROR_IO, path, 0,
+                           "can't be written: does its folder exist?");
     fprintf(file, "<scene version=\"3.0.0\">\n");
-    fprintf(file, "  <integrator type=\"path\"><integer name=\"max_depth\" value=\"3\"/></integrator>\n");
+    fprintf(file,
+            "  <integrator type=\"path\"><integer name=\"max_depth\" value=\"3\"/></integrator>\n");
     write_camera(file, &stage->camera, width, height);
     for (int i = 0; i < stage->material_count; i++)
         write_material(file, &stage->materials[i], i);
@@ -83,5 +96,6 @@ int stage_write_xml(const struct stage *stage, int width, int height, const char
     fprintf(file, "</scene>\n");
     bool bad = ferror(file) != 0;
     bad |= fclose(file) != 0;
-    return bad ? fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "can't be written: is the disk full?") : FEWRAY_OK;
+    return bad ? fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "can't be written: is the disk full?")
+               : FEWRAY_OK;
 }

@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Is what differs from the reference noise, or bias? z-scores of blocks of pixels. */
+
+#include <math.h>
+#include <string.h>
+
+#include "pipeline/pipeline.h"
+
+/* Sums over a block of one channel: of the differences and of both pictures' variances. */
+static void block_sums(const float *test, const float *reference, const float *variance, const float *stderr_,
+                       int width, int x0, int y0, int size, double *difference, double *expected) {
+    *difference = *expected = 0;
+    for (int y = y0; y < y0 + size; y++)
+        for (int x = x0; x < x0 + size; x++) {
+            size_t i = (size_t)y * (size_t)width + (size_t)x;
+            *difference += (double)test[i] - reference[i];
+            *expected += (double)stderr_[i] * stderr_[i] + (variance ? variance[i] : 0);
+        }
+}
+
+static void add_score(struct fewray_block_scores *s, double z) {
+    int bin = (int)floor(z + 0.5 * FEWRAY_SCORE_BINS);
+    bin = bin < 0 ? 0 : bin >= FEWRAY_SCORE_BINS ? FEWRAY_SCORE_BINS - 1 : bin;
+    s->histogram[bin]++;
+    s->count++;
+    s->mean += z;
+    s->deviation += z * z;
+    s->beyond_2 += fabs(z) > 2;
+    s->beyond_3 += fabs(z) > 3;
+    s->largest = fmax(s->largest, fabs(z));
+}
+
+int fewray_block_zscores(const struct fewray_frame *test, const struct fewray_frame *reference, int block,
+                         struct fewray_block_scores *scores, struct fewray_error *error) {
+    static const char *const channels[3] = {"R", "G", "B"};
+    static const char *const errors[3] = {"stderr.R", "stderr.G", "stderr.B"};
+    memset(scores, 0, sizeof(*scores));
+    float *variance[3];
+    if (!fewray_frame_layer(test, FEWRAY_VARIANCE, variance))
+        variance[0] = variance[1] = variance[2] = NULL;
+    if (test->width != reference->width || test->height != reference->height || block < 1)
+        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0, "the pictures have different sizes");
+    for (int c = 0; c < 3; c++) {
+        const float *x = fewray_frame_plane(test, channels[c]), *r = fewray_frame_plane(reference, channels[c]);
+        const float *e = fewray_frame_plane(reference, errors[c]);
+        if (!x || !r || !e)
+            return fewray_fail(error, FEWRAY_ERROR_FORMAT, NULL, 0,
+                               "block scores need R, G, B in both pictures and stderr.R/G/B in the reference");
+        for (int y = 0; y + block <= test->height; y += block)
+            for (int x0 = 0; x0 + block <= test->width; x0 += block) {
+                double difference, expected;
+                block_sums(x, r, variance[c], e, test->width, x0, y, block, &difference, &expected);
+                if (expected > 0)
+                    add_score(scores, difference / sqrt(expected));
+            }
+    }
+    if (scores->count) {
+        scores->mean /= scores->count;
+        scores->deviation = sqrt(fmax(0, scores->deviation / scores->count - scores->mean * scores->mean));
+    }
+    return FEWRAY_OK;
+}
