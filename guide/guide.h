@@ -10,6 +10,7 @@
  *     fewray_trace_look()      world -> film, look: the first samples of each pixel and what they saw
  *     fewray_maps_create()     look -> maps: where the light comes from, by the ODIS network
  *     fewray_trace_rest()      world, maps -> film: the remaining samples
+ *     fewray_trace_edges()     world -> film: more camera rays at the edges of what shines
  *     fewray_film_frame()      film, maps -> frame: the picture and its feature layers
  *
  * Without a guide fewray_trace_rest() with maps = NULL does all samples.
@@ -75,6 +76,7 @@ struct fewray_render_stats {
     long long paths, rays;   /* camera paths; rays of all kinds */
     long long dropped;       /* samples that were NaN or infinite: dropped and counted */
     long long grids, grids_inferred; /* grid points of the guide; those that the network filled */
+    long long edge_pixels;   /* pixels whose directly seen emission got camera rays of its own */
     long long pixels_guided; /* pixels where at least one map could be sampled */
 };
 
@@ -104,6 +106,12 @@ FEWRAY_API void fewray_maps_destroy(struct fewray_maps **maps);
 FEWRAY_API int fewray_trace_rest(const struct fewray_world *world, const struct fewray_maps *maps,
                                  const struct fewray_render_settings *settings, struct fewray_film *film,
                                  struct fewray_render_stats *stats, struct fewray_error *error);
+
+/* Traces more camera rays where directly seen emission has edges; what they see replaces the samples' own emission there, which
+ * stays unbiased. */
+FEWRAY_API int fewray_trace_edges(const struct fewray_world *world, const struct fewray_render_settings *settings,
+                                  struct fewray_film *film, struct fewray_render_stats *stats,
+                                  struct fewray_error *error);
 
 /* The picture: all layers of enum fewray_layer but the denoiser's, and alpha; irradiance only with maps. */
 FEWRAY_API int fewray_film_frame(const struct fewray_film *film, const struct fewray_maps *maps,

@@ -71,6 +71,7 @@ static json_t *stats_to_json(const struct fewray_run_stats *stats) {
     set_count(object, "paths", counts->paths);
     set_count(object, "rays", counts->rays);
     set_count(object, "dropped", counts->dropped);
+    set_count(object, "edge_pixels", counts->edge_pixels);
     set_count(object, "repaired", (long long)stats->repaired);
     set_count(object, "grids", counts->grids);
     set_count(object, "grids_inferred", counts->grids_inferred);

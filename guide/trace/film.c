@@ -37,8 +37,9 @@ int fewray_film_create(const struct fewray_world *world, const struct fewray_ren
         picture_size(&world->scene->camera, settings, &film->width, &film->height);
         film->look_weight = settings->look_weight;
         film->groups = calloc((size_t)film->width * (size_t)film->height * GROUP_COUNT, sizeof(*film->groups));
+        film->edges = calloc((size_t)film->width * (size_t)film->height, sizeof(*film->edges));
     }
-    if (!film || !film->groups) {
+    if (!film || !film->groups || !film->edges) {
         fewray_film_destroy(&film);
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
                            "no memory for the picture; make it smaller with --width and --height");
@@ -51,6 +52,7 @@ void fewray_film_destroy(struct fewray_film **film) {
     if (!*film)
         return;
     free((*film)->groups);
+    free((*film)->edges);
     free(*film);
     *film = NULL;
 }
@@ -150,6 +152,10 @@ static void fill_pixel(const struct fewray_film *film, size_t i, const struct la
         p->albedo[c][i] = s * look->albedo[c] + (1 - s) * rest->albedo[c];
         p->normal[c][i] = s * look->normal[c] + (1 - s) * rest->normal[c];
         p->emission[c][i] = s * look->emission[c] + (1 - s) * rest->emission[c];
+    }
+    for (int c = 0; c < 3 && film->edges[i].refined; c++) {
+        p->color[c][i] = fmaxf(0, p->color[c][i] - p->emission[c][i]) + film->edges[i].emission[c];
+        p->emission[c][i] = film->edges[i].emission[c];
     }
     p->depth[0][i] = s * look->depth + (1 - s) * rest->depth;
     p->alpha[i] = s * look->alpha + (1 - s) * rest->alpha;

@@ -16,10 +16,17 @@ struct pixel_group {
     float emission[3], albedo[3], normal[3], depth, alpha;
 };
 
+/* The directly seen emission of a pixel at an edge, from rays of its own: it replaces that of the samples. */
+struct pixel_edge {
+    bool refined;
+    float emission[3];
+};
+
 struct fewray_film {
     int width, height; /* pixels */
     float look_weight; /* see struct fewray_render_settings */
     struct pixel_group *groups; /* (height, width, GROUP_COUNT) */
+    struct pixel_edge *edges;   /* (height, width) */
 };
 
 /* Sums of one pixel's samples in double precision; 0-initialised. */

@@ -132,6 +132,14 @@ static bool first_hit(const struct integrator *in, int x, int y, struct sampler 
     return shading->scatters && may_scatter(in, 0);
 }
 
+struct vec3 trace_emission(const struct integrator *in, float x, float y) {
+    struct vec3 origin, direction;
+    camera_ray(&in->world->scene->camera, in->width, in->height, x, y, &origin, &direction);
+    struct surface hit;
+    bool found = surface_trace(in->world, origin, direction, true, &hit);
+    return emitted(in->world, found ? &hit : NULL, direction);
+}
+
 /* Adds next-event estimation at the first hit; mixture_pdf tells the density of the bounce for MIS. */
 static void add_direct(const struct integrator *in, const struct shading *s, struct sampler *sampler,
                        const struct map_mixture *mixture, bool uniform, struct path_sample *out) {

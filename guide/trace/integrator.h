@@ -48,6 +48,9 @@ struct incident trace_incident(const struct integrator *in, struct sampler *samp
  * BSDF. */
 struct path_sample trace_path(const struct integrator *in, int x, int y, struct sampler *sampler);
 
+/* Radiance that is emitted by what the camera sees at (x, y), in pixels from the upper left corner. */
+struct vec3 trace_emission(const struct integrator *in, float x, float y);
+
 /* A camera path whose first bounce has the direction that `u` warps to uniformly over the hemisphere; fills *record. */
 struct path_sample trace_look_path(const struct integrator *in, int x, int y, struct sampler *sampler,
                                    const float u[2], struct look_record *record);

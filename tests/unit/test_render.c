@@ -26,6 +26,7 @@ static struct fewray_frame *render_scene(const char *path, const struct fewray_r
         status = status ? status : fewray_maps_create(look, settings, &maps, stats, &error);
     }
     status = status ? status : fewray_trace_rest(world, maps, settings, film, stats, &error);
+    status = status ? status : fewray_trace_edges(world, settings, film, stats, &error);
     status = status ? status : fewray_film_frame(film, maps, &frame, &error);
     if (status)
         fail_msg("%s: %s:%d: %s", path, error.file, error.line, error.what);
