@@ -64,6 +64,15 @@ static exr_result_t leave_to_caller(exr_encode_pipeline_t *encode) {
     return EXR_ERR_SUCCESS;
 }
 
+/* A block as long as its raw data is read as raw, but OpenEXRCore 3.1 leaves one compressed that
+ * zlib makes exactly so long: without this it would read back as noise. */
+static void store_raw_where_no_shorter(exr_encode_pipeline_t *encode) {
+    if (encode->compressed_bytes != encode->packed_bytes ||
+        encode->compressed_buffer == encode->packed_buffer)
+        return;
+    memcpy(encode->compressed_buffer, encode->packed_buffer, (size_t)encode->packed_bytes);
+}
+
 /* Compresses the block of scanlines that starts at y. encode is used again by the thread's next. */
 static exr_result_t encode_block(exr_context_t exr, const struct fewray_frame *frame, int y,
                                  float *const *planes, bool float32,
@@ -91,7 +100,11 @@ static exr_result_t encode_block(exr_context_t exr, const struct fewray_frame *f
         encode->yield_until_ready_fn = leave_to_caller;
         encode->write_fn = leave_to_caller;
     }
-    return code == EXR_ERR_SUCCESS ? exr_encoding_run(exr, 0, encode) : code;
+    if (code == EXR_ERR_SUCCESS)
+        code = exr_encoding_run(exr, 0, encode);
+    if (code == EXR_ERR_SUCCESS)
+        store_raw_where_no_shorter(encode);
+    return code;
 }
 
 static exr_result_t write_blocks(exr_context_t exr, const struct fewray_frame *frame,

@@ -62,7 +62,6 @@ struct fewray_render_settings {
     int threads;          /* 0 = all cores */
     float bsdf_fraction;  /* of guided samples that are drawn from the BSDF instead of the maps, (0, 1] */
     float look_weight;    /* weight of the first look in a guided picture, in shares of its samples' number, 0..1 */
-    bool mean_maps;       /* maps in proportion to the mean radiance (as in the paper) instead of the root of the second moment */
     const char *weights_path; /* the guide's network; NULL = built in */
     void (*progress)(void *user, const char *phase, double fraction); /* NULL; may be called from any thread, one at a time */
     void *progress_user;

@@ -141,13 +141,13 @@ struct vec3 maps_irradiance(const struct fewray_maps *maps, int x, int y, struct
 }
 
 /* Turns a grid point's gathered look into its map. */
-static void make_map(const struct gathered *g, struct odis_network *network, bool mean_maps, struct map *map) {
-    float log_moment[SPHERE_BINS], radiance[SPHERE_BINS], values[SPHERE_BINS];
-    odis_network_run(network, g, log_moment, radiance);
+static void make_map(const struct gathered *g, struct odis_network *network, struct map *map) {
+    float wanted[SPHERE_BINS], radiance[SPHERE_BINS], values[SPHERE_BINS];
+    odis_network_run(network, g, wanted, radiance);
     float irradiance = 0;
     for (int b = 0; b < SPHERE_BINS; b++) {
         irradiance += radiance[b] * g->cosine[b];
-        values[b] = g->cosine[b] * (mean_maps ? radiance[b] : expf(log_moment[b]));
+        values[b] = g->cosine[b] * wanted[b];
     }
     map->position = g->position;
     map->normal = g->normal;
@@ -174,7 +174,7 @@ static int build_maps(const struct fewray_look *look, const struct fewray_render
             }
             gather(look, map_pixel(i % maps->columns, maps->width), map_pixel(i / maps->columns, maps->height), g);
             if (g->valid) {
-                make_map(g, network, settings->mean_maps, &maps->maps[i]);
+                make_map(g, network, &maps->maps[i]);
                 inferred++;
             }
 #pragma omp critical(fewray_maps)

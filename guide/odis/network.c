@@ -3,6 +3,7 @@
 
 #include "guide/odis/network.h"
 
+#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -36,6 +37,7 @@ static const struct {
 };
 
 struct odis_weights {
+    bool mean_maps; /* trained on mean radiance, the paper's way: output 0 is meaningless */
     struct nn_conv convs[LAYER_COUNT];
 };
 
@@ -57,6 +59,15 @@ struct odis_network {
     void *storage;
 };
 
+/* "map": "mean" in the text that the training left with the weights. */
+static bool wants_mean_maps(const char *info) {
+    json_t *object = json_loads(info, 0, NULL);
+    const char *map = json_string_value(json_object_get(object, "map"));
+    bool mean = map && !strcmp(map, "mean");
+    json_decref(object);
+    return mean;
+}
+
 int odis_weights_load(const char *path, struct odis_weights **out, struct fewray_error *error) {
     *out = NULL;
     struct nn_weights *file = NULL;
@@ -67,6 +78,8 @@ int odis_weights_load(const char *path, struct odis_weights **out, struct fewray
     struct odis_weights *weights = calloc(1, sizeof(*weights));
     if (!weights)
         status = fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for the guide's weights");
+    else
+        weights->mean_maps = wants_mean_maps(file->info);
     for (int i = 0; i < LAYER_COUNT && !status; i++)
         status = nn_conv_pack(&weights->convs[i], file, layers[i].name, layers[i].kernel, layers[i].in,
                               layers[i].out, error);
@@ -146,17 +159,17 @@ static void run(struct odis_network *n, enum layer layer, const struct nn_tensor
     n->kernels->conv(&n->weights->convs[layer], in, out, activation, 0, out->height);
 }
 
-static void split_output(const struct gathered *in, const struct nn_tensor *head, float log_moment[SPHERE_BINS],
-                         float radiance[SPHERE_BINS]) {
+static void split_output(const struct gathered *in, const struct nn_tensor *head, bool mean_maps,
+                         float wanted[SPHERE_BINS], float radiance[SPHERE_BINS]) {
     for (int b = 0; b < SPHERE_BINS; b++) {
         int row = b / SPHERE_COLUMNS, column = b % SPHERE_COLUMNS;
         const float *o = nn_at(head, row / 2, column / 2) + row % 2 * 2 + column % 2;
-        log_moment[b] = in->fill[b] + o[0];
         radiance[b] = range_expand(fminf(fmaxf(o[4], 0), 4));
+        wanted[b] = mean_maps ? radiance[b] : expf(in->fill[b] + o[0]);
     }
 }
 
-void odis_network_run(struct odis_network *n, const struct gathered *in, float log_moment[SPHERE_BINS],
+void odis_network_run(struct odis_network *n, const struct gathered *in, float wanted[SPHERE_BINS],
                       float radiance[SPHERE_BINS]) {
     struct nn_tensor *t = n->tensors;
     fill_input(in, &t[INPUT]);
@@ -176,5 +189,5 @@ void odis_network_run(struct odis_network *n, const struct gathered *in, float l
     n->kernels->upsample_add(&n->pooled, &t[FULL_B], 0, 16);
     run(n, DEC0, &t[FULL_B], &t[FULL_A], NN_LEAKY_RELU);
     run(n, HEAD, &t[FULL_A], &t[FULL_B], NN_LINEAR);
-    split_output(in, &t[FULL_B], log_moment, radiance);
+    split_output(in, &t[FULL_B], n->weights->mean_maps, wanted, radiance);
 }

@@ -25,9 +25,10 @@ void odis_weights_destroy(struct odis_weights **weights);
 struct odis_network *odis_network_create(const struct odis_weights *weights);
 void odis_network_destroy(struct odis_network **network);
 
-/* log_moment: log of the root of the second moment that a sample of a bin returns; radiance: mean radiance; both relative to
- * the gathered scale, whatever lies below the horizon is meaningless. */
-void odis_network_run(struct odis_network *network, const struct gathered *in, float log_moment[SPHERE_BINS],
+/* wanted: what a sampling map should be in proportion to, before the cosine: the root of the second moment that a sample of a
+ * bin returns, or, for weights trained as in the paper (info "map": "mean"), the mean radiance. radiance: mean radiance. Both
+ * relative to the gathered scale; what lies below the horizon is meaningless. */
+void odis_network_run(struct odis_network *network, const struct gathered *in, float wanted[SPHERE_BINS],
                       float radiance[SPHERE_BINS]);
 
 #endif

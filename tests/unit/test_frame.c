@@ -227,6 +227,30 @@ static void test_exr_round_trip(void **state) {
     }
 }
 
+/* A block that deflate makes exactly as long as it was has to be stored raw: readers tell raw
+ * blocks by their length. The share of noise is varied until such blocks occur. */
+static void test_incompressible_blocks_survive(void **state) {
+    (void)state;
+    enum { WIDTH = 130, TRIALS = 400 };
+    uint64_t random = 1;
+    for (int trial = 0; trial < TRIALS; trial++) {
+        struct fewray_frame *frame = new_frame(WIDTH, 1), *back = NULL;
+        float *plane = fewray_frame_add(frame, "R");
+        for (int i = 0; i < WIDTH; i++) {
+            random = random * 6364136223846793005u + 1442695040888963407u;
+            const uint32_t bits = (uint32_t)(random >> 32);
+            if (i < WIDTH - trial % 20)
+                memcpy(&plane[i], &bits, sizeof bits);
+        }
+        const char *path = path_of("noise.exr");
+        assert_int_equal(fewray_frame_write_exr(frame, path, true, NULL), FEWRAY_OK);
+        assert_int_equal(fewray_frame_read_exr(path, &back, NULL), FEWRAY_OK);
+        assert_memory_equal(fewray_frame_plane(back, "R"), plane, WIDTH * sizeof(float));
+        fewray_frame_destroy(&frame);
+        fewray_frame_destroy(&back);
+    }
+}
+
 static size_t read_bytes(const char *path, unsigned char *bytes, size_t size) {
     FILE *file = fopen(path, "rb");
     assert_non_null(file);
@@ -345,6 +369,7 @@ int main(void) {
         cmocka_unit_test(test_halves_are_rounded_to_nearest_even),
         cmocka_unit_test(test_halves_are_clamped),
         cmocka_unit_test_teardown(test_exr_round_trip, empty_folder),
+        cmocka_unit_test_teardown(test_incompressible_blocks_survive, empty_folder),
         cmocka_unit_test_teardown(test_cut_off_exr_is_refused_at_every_length, empty_folder),
         cmocka_unit_test_teardown(test_what_is_no_exr_is_refused, empty_folder),
         cmocka_unit_test_teardown(test_failed_write_leaves_nothing, empty_folder),

@@ -51,14 +51,14 @@ static void test_c_equals_pytorch(void **state) {
     assert_true(head[1] > 0);
     for (uint32_t i = 0; i < head[1]; i++) {
         static struct gathered g;
-        float log_moment[SPHERE_BINS], radiance[SPHERE_BINS], expected[2][SPHERE_BINS];
+        float wanted[SPHERE_BINS], radiance[SPHERE_BINS], expected[2][SPHERE_BINS];
         read_input(file, &g);
         for (uint32_t layer = 0; layer < head[2]; layer++)
             skip_layer(file);
         read_whole(file, expected, sizeof(expected));
-        odis_network_run(network, &g, log_moment, radiance);
+        odis_network_run(network, &g, wanted, radiance);
         for (int b = 0; b < SPHERE_BINS; b++) {
-            assert_near(log_moment[b], expected[0][b], 1e-4);
+            assert_near(logf(wanted[b]), expected[0][b], 1e-4);
             assert_near(range_compress(radiance[b]), fminf(fmaxf(expected[1][b], 0), 4), 1e-4);
         }
     }
