@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import torch
+import torch.nn.functional as F
 
 import dataset
 from model import KPN
@@ -19,6 +20,11 @@ def loss_terms(x, r):
     and a noisy reference biases the optimum less than dividing by it alone would."""
     d = 0.35 * x.detach() + 0.65 * r
     return ((x - r).abs() / (d + 0.1)).mean(), ((x - r) ** 2 / (d * d + 0.01)).mean()
+
+
+def pooled(picture, size=4):
+    """(N, H, W, 3) averaged over blocks: blotches are what a loss of single pixels hardly sees."""
+    return F.avg_pool2d(picture.permute(0, 3, 1, 2), size)
 
 
 def mrse(x, r):
@@ -58,6 +64,7 @@ def main():
     p.add_argument("--bf16", action="store_true", help="convolutions of the trunk in bfloat16: faster, less exact")
     p.add_argument("--l1", type=float, default=0.5, help="weight of the L1 term: more is sharper, and darker where "
                    "references are noisy")
+    p.add_argument("--blotches", type=float, default=1, help="weight of the loss of 4x4 means")
     p.add_argument("--start", help="checkpoint whose weights to start from (with a fresh schedule)")
     a = p.parse_args()
     torch.set_num_threads(a.threads)
@@ -103,9 +110,11 @@ def main():
         f, e, m, emission, r = loader.next()
         with torch.autocast("cpu", torch.bfloat16, enabled=a.bf16):
             filtered = model(f, e)
-        l1, l2 = loss_terms(filtered * m + emission, r)
+        x = filtered.float() * m + emission
+        l1, l2 = loss_terms(x, r)
+        blotches = loss_terms(pooled(x), pooled(r))
         optimizer.zero_grad(set_to_none=True)
-        (a.l1 * l1 + l2).backward()
+        (a.l1 * (l1 + a.blotches * blotches[0]) + l2 + a.blotches * blotches[1]).backward()
         torch.nn.utils.clip_grad_norm_(model.parameters(), 1.0)
         optimizer.step()
         decay = min(0.999, (steps + 1) / (steps + 10))
