@@ -37,18 +37,6 @@ struct fewray_channels fewray_planar(float *const planes[3], int width) {
     return (struct fewray_channels){{planes[0], planes[1], planes[2]}, 1, width};
 }
 
-static int isa_by_name(const char *name, enum nn_isa *isa, struct fewray_error *error) {
-    static const char *const names[] = {"auto", "plain", "avx2", "avx512"};
-    static const enum nn_isa values[] = {NN_ISA_AUTO, NN_ISA_PLAIN, NN_ISA_AVX2, NN_ISA_AVX512};
-    for (int i = 0; i < 4; i++)
-        if (!name || !strcmp(name, names[i])) {
-            *isa = values[i];
-            return FEWRAY_OK;
-        }
-    return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
-                       "unknown instruction set '%s': use auto, plain, avx2 or avx512", name);
-}
-
 int fewray_denoiser_create(const struct fewray_denoise_options *options,
                            struct fewray_denoiser **out, struct fewray_error *error) {
     *out = NULL;
@@ -59,17 +47,18 @@ int fewray_denoiser_create(const struct fewray_denoise_options *options,
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the denoiser");
     denoiser->options = *options;
     denoiser->threads = options->threads > 0 ? options->threads : omp_get_num_procs();
-    int status = isa_by_name(options->isa, &isa, error);
-    if (status != FEWRAY_OK)
-        goto done;
-    if (options->weights_path)
+    int status = FEWRAY_OK;
+    if (options->isa && !nn_isa_from_name(options->isa, &isa))
+        status = fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
+                             "unknown instruction set '%s': use auto, plain, avx2 or avx512",
+                             options->isa);
+    else if (options->weights_path)
         status = nn_weights_read(options->weights_path, &weights, error);
     else
         status = nn_weights_parse(kpn_weights, kpn_weights_size(), "the built-in denoiser weights",
                                   &weights, error);
     if (status == FEWRAY_OK)
         status = kpn_create(weights, nn_kernels_get(isa), &denoiser->kpn, error);
-done:
     nn_weights_destroy(&weights);
     if (status == FEWRAY_OK)
         *out = denoiser;

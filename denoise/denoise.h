@@ -8,11 +8,10 @@
  *     fewray_denoise_options_init(&options);
  *     struct fewray_denoiser *denoiser = NULL;
  *     struct fewray_error error;
- *     struct fewray_denoise_input in = {.width = w, .height = h, .color = fewray_interleaved(rgb, w),
- *                                       .albedo = fewray_interleaved(albedo, w), .normal = fewray_interleaved(normal, w)};
- *     if (fewray_denoiser_create(&options, &denoiser, &error) || fewray_denoiser_run(denoiser, &in, out_rgb, NULL, &error))
- *         puts(error.what);
- *     fewray_denoiser_destroy(&denoiser);
+ *     struct fewray_denoise_input in = {.width = w, .height = h, .color = fewray_interleaved(rgb,
+ * w), .albedo = fewray_interleaved(albedo, w), .normal = fewray_interleaved(normal, w)}; if
+ * (fewray_denoiser_create(&options, &denoiser, &error) || fewray_denoiser_run(denoiser, &in,
+ * out_rgb, NULL, &error)) puts(error.what); fewray_denoiser_destroy(&denoiser);
  */
 
 #include "features/features.h"
@@ -24,15 +23,18 @@ extern "C" {
 struct fewray_denoise_options {
     int threads;              /* 0 = all cores */
     const char *weights_path; /* NULL: the weights built into the library */
-    const char *isa;          /* NULL or "auto", "plain", "avx2", "avx512": the highest instruction set to use */
-    size_t max_memory;        /* bytes for the network's buffers; larger pictures go tile by tile; 0 = 1 GiB */
+    const char
+        *isa; /* NULL or "auto", "plain", "avx2", "avx512": the highest instruction set to use */
+    size_t max_memory; /* bytes for the network's buffers; larger pictures go tile by tile; 0 = 1
+                          GiB */
     void (*progress)(void *user, double fraction); /* NULL; called from one thread */
     void *progress_user;
     const volatile int *cancel; /* NULL; non-zero stops the work with FEWRAY_ERROR_CANCELLED */
 };
 FEWRAY_API void fewray_denoise_options_init(struct fewray_denoise_options *options);
 
-/* Three channels of a picture: value c of pixel (x, y) is channel[c][y * row_stride + x * pixel_stride], in floats. */
+/* Three channels of a picture: value c of pixel (x, y) is channel[c][y * row_stride + x *
+ * pixel_stride], in floats. */
 struct fewray_channels {
     const float *channel[3]; /* channel[0] NULL: the picture lacks this layer */
     ptrdiff_t pixel_stride, row_stride;
@@ -42,34 +44,37 @@ FEWRAY_API struct fewray_channels fewray_interleaved(const float *rgb, int width
 /* Three (height, width) planes. */
 FEWRAY_API struct fewray_channels fewray_planar(float *const planes[3], int width);
 
-/* Everything but color may be missing. Values must be finite and color, variance, albedo, depth and emission not
- * negative: fewray_frame_repair() sees to that. */
+/* Everything but color may be missing. Values must be finite and color, variance, albedo, depth and
+ * emission not negative: fewray_frame_repair() sees to that. */
 struct fewray_denoise_input {
     int width, height;
     struct fewray_channels color;    /* radiance, linear */
     struct fewray_channels variance; /* of the pixel's mean, radiance^2 */
     struct fewray_channels albedo;   /* 0..1 */
     struct fewray_channels normal;   /* world space, -1..1 */
-    struct fewray_channels emission; /* the part of color that the camera rays' first hits emit; not filtered */
-    struct fewray_channels depth;    /* channel[0] alone */
+    struct fewray_channels
+        emission; /* the part of color that the camera rays' first hits emit; not filtered */
+    struct fewray_channels depth; /* channel[0] alone */
 };
 
 struct fewray_denoise_stats {
-    int tiles, tiles_denoised; /* tiles_denoised is less where tiles had nothing to filter (background, black) */
+    int tiles, tiles_denoised; /* tiles_denoised is less where tiles had nothing to filter
+                                  (background, black) */
     double seconds;            /* wall time */
     size_t buffer_bytes;       /* peak of the network's buffers */
 };
 
 struct fewray_denoiser;
 
-/* Loads the weights and picks the kernels. *out is owned by the caller. A denoiser can be used again, by one thread at a
- * time. */
-FEWRAY_API int fewray_denoiser_create(const struct fewray_denoise_options *options, struct fewray_denoiser **out,
-                                      struct fewray_error *error);
-/* Filters in->color into out_rgb, (height, width, 3), rows without gaps; it may not overlap the input. Each output pixel
- * is emission + albedo * a weighted mean of (color - emission) / albedo around it, with weights that are non-negative
- * and sum to one. stats may be NULL. */
-FEWRAY_API int fewray_denoiser_run(struct fewray_denoiser *denoiser, const struct fewray_denoise_input *in, float *out_rgb,
+/* Loads the weights and picks the kernels. *out is owned by the caller. A denoiser can be used
+ * again, by one thread at a time. */
+FEWRAY_API int fewray_denoiser_create(const struct fewray_denoise_options *options,
+                                      struct fewray_denoiser **out, struct fewray_error *error);
+/* Filters in->color into out_rgb, (height, width, 3), rows without gaps; it may not overlap the
+ * input. Each output pixel is emission + albedo * a weighted mean of (color - emission) / albedo
+ * around it, with weights that are non-negative and sum to one. stats may be NULL. */
+FEWRAY_API int fewray_denoiser_run(struct fewray_denoiser *denoiser,
+                                   const struct fewray_denoise_input *in, float *out_rgb,
                                    struct fewray_denoise_stats *stats, struct fewray_error *error);
 FEWRAY_API void fewray_denoiser_destroy(struct fewray_denoiser **denoiser);
 

@@ -2,8 +2,8 @@
 #ifndef FEWRAY_FEATURES_H
 #define FEWRAY_FEATURES_H
 
-/* Pictures as named float planes, read from and written to OpenEXR; textures and PNG through OpenImageIO.
- * This folder knows no other. */
+/* Pictures as named float planes, read from and written to OpenEXR; textures and PNG through
+ * OpenImageIO. This folder knows no other. */
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -33,12 +33,13 @@ struct fewray_error {
     char what[512];
 };
 
-/* Fills *error (may be NULL) from a printf format and returns status, so that a failing function can
- * `return fewray_fail(...)`. file may be NULL, line 0. Newlines in the text become spaces. */
-FEWRAY_API int fewray_fail(struct fewray_error *error, enum fewray_status status, const char *file, int line,
-                           const char *format, ...) __attribute__((format(printf, 5, 6)));
+/* Fills *error (may be NULL) from a printf format and returns status, so that a failing function
+ * can `return fewray_fail(...)`. file may be NULL, line 0. Newlines in the text become spaces. */
+FEWRAY_API int fewray_fail(struct fewray_error *error, enum fewray_status status, const char *file,
+                           int line, const char *format, ...) __attribute__((format(printf, 5, 6)));
 
-/* Writes "FILE:LINE: what" (or "FILE: what", or "what") into text, cut at size bytes; returns text. */
+/* Writes "FILE:LINE: what" (or "FILE: what", or "what") into text, cut at size bytes; returns text.
+ */
 FEWRAY_API const char *fewray_error_text(const struct fewray_error *error, char *text, size_t size);
 
 /* --- frame: the named float planes of one picture */
@@ -58,14 +59,16 @@ struct fewray_frame {
 
 /* The layers fewray writes (radiance: W/(m^2 sr) in the scene's units, Rec. 709 primaries). */
 enum fewray_layer {
-    FEWRAY_COLOR,      /* R G B: the result */
-    FEWRAY_NOISY,      /* noisy.R/G/B: the render before the denoiser */
-    FEWRAY_VARIANCE,   /* variance.R/G/B of the pixel's mean, radiance^2 */
-    FEWRAY_ALBEDO,     /* albedo.R/G/B of the first hit, 0..1, 0 where the camera ray misses */
-    FEWRAY_NORMAL,     /* normal.X/Y/Z, world space, mean over the pixel's samples */
-    FEWRAY_DEPTH,      /* depth.Z: distance along the camera ray in scene units, 0 = miss */
-    FEWRAY_EMISSION,   /* emission.R/G/B: radiance emitted by what the camera rays hit first (also the background) */
-    FEWRAY_IRRADIANCE, /* irradiance.R/G/B / pi: the guide's estimate of (radiosity / albedo) at the first hit */
+    FEWRAY_COLOR,    /* R G B: the result */
+    FEWRAY_NOISY,    /* noisy.R/G/B: the render before the denoiser */
+    FEWRAY_VARIANCE, /* variance.R/G/B of the pixel's mean, radiance^2 */
+    FEWRAY_ALBEDO,   /* albedo.R/G/B of the first hit, 0..1, 0 where the camera ray misses */
+    FEWRAY_NORMAL,   /* normal.X/Y/Z, world space, mean over the pixel's samples */
+    FEWRAY_DEPTH,    /* depth.Z: distance along the camera ray in scene units, 0 = miss */
+    FEWRAY_EMISSION, /* emission.R/G/B: radiance emitted by what the camera rays hit first (also the
+                        background) */
+    FEWRAY_IRRADIANCE, /* irradiance.R/G/B / pi: the guide's estimate of (radiosity / albedo) at the
+                          first hit */
     FEWRAY_LAYER_COUNT
 };
 
@@ -73,36 +76,42 @@ enum fewray_layer {
 FEWRAY_API const char *const *fewray_layer_channels(enum fewray_layer layer, int *count);
 
 /* A frame without planes. *out is owned by the caller: fewray_frame_destroy(). */
-FEWRAY_API int fewray_frame_create(int width, int height, struct fewray_frame **out, struct fewray_error *error);
+FEWRAY_API int fewray_frame_create(int width, int height, struct fewray_frame **out,
+                                   struct fewray_error *error);
 FEWRAY_API void fewray_frame_destroy(struct fewray_frame **frame);
 
-/* Adds a plane of zeros and returns its data (owned by the frame, 64-byte aligned); the existing data where a plane of
- * that name exists; NULL without memory or with too long a name. Earlier returned pointers stay valid. */
+/* Adds a plane of zeros and returns its data (owned by the frame, 64-byte aligned); the existing
+ * data where a plane of that name exists; NULL without memory or with too long a name. Earlier
+ * returned pointers stay valid. */
 FEWRAY_API float *fewray_frame_add(struct fewray_frame *frame, const char *name);
 /* The data of a plane, or NULL. */
 FEWRAY_API float *fewray_frame_plane(const struct fewray_frame *frame, const char *name);
 /* Adds all channels of a layer: planes[0..2] (planes[0] alone for depth). False without memory. */
-FEWRAY_API bool fewray_frame_add_layer(struct fewray_frame *frame, enum fewray_layer layer, float *planes[3]);
+FEWRAY_API bool fewray_frame_add_layer(struct fewray_frame *frame, enum fewray_layer layer,
+                                       float *planes[3]);
 /* Finds all channels of a layer; false (and NULLs) where any misses. */
-FEWRAY_API bool fewray_frame_layer(const struct fewray_frame *frame, enum fewray_layer layer, float *planes[3]);
+FEWRAY_API bool fewray_frame_layer(const struct fewray_frame *frame, enum fewray_layer layer,
+                                   float *planes[3]);
 
-/* Reads every channel of the first part of an EXR file (scanline or tiled, half, float or uint; subsampled channels and
- * deep parts are refused; no compression, RLE, ZIPS, ZIP, PIZ or PXR24) into a frame of the data window's size. Prints
- * nothing. Truncated files are an error.
- * *out is owned by the caller. */
-FEWRAY_API int fewray_frame_read_exr(const char *path, struct fewray_frame **out, struct fewray_error *error);
+/* Reads every channel of the first part of an EXR file (scanline or tiled, half, float or uint;
+ * subsampled channels and deep parts are refused; no compression, RLE, ZIPS, ZIP, PIZ or PXR24)
+ * into a frame of the data window's size. Prints nothing. Truncated files are an error. *out is
+ * owned by the caller. */
+FEWRAY_API int fewray_frame_read_exr(const char *path, struct fewray_frame **out,
+                                     struct fewray_error *error);
 
-/* Writes all planes as one scanline ZIP part: half floats with values clamped to +-65504, or 32-bit floats where
- * float32 is set. The file appears whole or not at all: written beside as a temporary file, then renamed; on failure
- * nothing is left and an older file at path is untouched. */
-FEWRAY_API int fewray_frame_write_exr(const struct fewray_frame *frame, const char *path, bool float32,
-                                      struct fewray_error *error);
+/* Writes all planes as one scanline ZIP part: half floats with values clamped to +-65504, or 32-bit
+ * floats where float32 is set. The file appears whole or not at all: written beside as a temporary
+ * file, then renamed; on failure nothing is left and an older file at path is untouched. */
+FEWRAY_API int fewray_frame_write_exr(const struct fewray_frame *frame, const char *path,
+                                      bool float32, struct fewray_error *error);
 
-/* Replaces NaN, infinities and (in all layers but normals) negative values of the known layers: colour, noisy, emission
- * by the median of the good pixels around (0 where none), others by 0. Radiance above 1e5 (half floats' own range) is
- * replaced likewise where it stands alone and exceeds 1000 times that median; else it is cut at 1e5. Albedo is cut at 1,
- * normals at +-1, variance and depth at 1e10. Returns the number of pixels with replaced values. The only place where
- * bad pixels of a file are mended. */
+/* Replaces NaN, infinities and (in all layers but normals) negative values of the known layers:
+ * colour, noisy, emission by the median of the good pixels around (0 where none), others by 0.
+ * Radiance above 1e5 (half floats' own range) is replaced likewise where it stands alone and
+ * exceeds 1000 times that median; else it is cut at 1e5. Albedo is cut at 1, normals at +-1,
+ * variance and depth at 1e10. Returns the number of pixels with replaced values. The only place
+ * where bad pixels of a file are mended. */
 FEWRAY_API size_t fewray_frame_repair(struct fewray_frame *frame);
 
 /* --- atomic files: for whoever writes an output file that isn't an EXR (stats, PNG) */
@@ -110,25 +119,30 @@ FEWRAY_API size_t fewray_frame_repair(struct fewray_frame *frame);
 /* Name of a temporary file beside path (in the same folder), malloc'd; NULL without memory. */
 FEWRAY_API char *fewray_temporary_name(const char *path);
 /* Renames temporary to path; on failure removes temporary and reports path. */
-FEWRAY_API int fewray_commit_file(const char *temporary, const char *path, struct fewray_error *error);
+FEWRAY_API int fewray_commit_file(const char *temporary, const char *path,
+                                  struct fewray_error *error);
 
 /* --- images through OpenImageIO (the C++ shim) */
 
 struct fewray_image {
-    int width, height, channels; /* row 0 on top, (height, width, channels), interleaved; channels 1, 3 or 4 */
-    uint8_t *bytes;              /* 8-bit files; NULL where floats is set */
-    float *floats;               /* float, half and 16-bit files, linear as stored; NULL where bytes is set */
+    int width, height,
+        channels;   /* row 0 on top, (height, width, channels), interleaved; channels 1, 3 or 4 */
+    uint8_t *bytes; /* 8-bit files; NULL where floats is set */
+    float *floats;  /* float, half and 16-bit files, linear as stored; NULL where bytes is set */
 };
 
-/* Reads a PNG, JPEG, HDR, EXR, ... Grey+alpha becomes grey. *out is owned by the caller. Thread-safe. */
-FEWRAY_API int fewray_image_read(const char *path, struct fewray_image **out, struct fewray_error *error);
+/* Reads a PNG, JPEG, HDR, EXR, ... Grey+alpha becomes grey. *out is owned by the caller.
+ * Thread-safe. */
+FEWRAY_API int fewray_image_read(const char *path, struct fewray_image **out,
+                                 struct fewray_error *error);
 FEWRAY_API void fewray_image_destroy(struct fewray_image **image);
 
 /* Writes (height, width, 3) bytes, sRGB-encoded, as PNG; whole or not at all. */
 FEWRAY_API int fewray_image_write_png(const char *path, int width, int height, const uint8_t *rgb,
                                       struct fewray_error *error);
 /* Writes the R, G, B planes of a frame as an 8-bit sRGB PNG (clamped to 0..1). */
-FEWRAY_API int fewray_frame_write_png(const struct fewray_frame *frame, const char *path, struct fewray_error *error);
+FEWRAY_API int fewray_frame_write_png(const struct fewray_frame *frame, const char *path,
+                                      struct fewray_error *error);
 
 #ifdef __cplusplus
 }

@@ -12,24 +12,46 @@ struct vec3 {
     float x, y, z;
 };
 
-static inline struct vec3 vec(float x, float y, float z) { return (struct vec3){x, y, z}; }
-static inline struct vec3 add(struct vec3 a, struct vec3 b) { return vec(a.x + b.x, a.y + b.y, a.z + b.z); }
-static inline struct vec3 sub(struct vec3 a, struct vec3 b) { return vec(a.x - b.x, a.y - b.y, a.z - b.z); }
-static inline struct vec3 mul(struct vec3 a, struct vec3 b) { return vec(a.x * b.x, a.y * b.y, a.z * b.z); }
-static inline struct vec3 scale(struct vec3 a, float s) { return vec(a.x * s, a.y * s, a.z * s); }
-static inline struct vec3 negate(struct vec3 a) { return vec(-a.x, -a.y, -a.z); }
-static inline float dot(struct vec3 a, struct vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static inline struct vec3 vec(float x, float y, float z) {
+    return (struct vec3){x, y, z};
+}
+static inline struct vec3 add(struct vec3 a, struct vec3 b) {
+    return vec(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+static inline struct vec3 sub(struct vec3 a, struct vec3 b) {
+    return vec(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+static inline struct vec3 mul(struct vec3 a, struct vec3 b) {
+    return vec(a.x * b.x, a.y * b.y, a.z * b.z);
+}
+static inline struct vec3 scale(struct vec3 a, float s) {
+    return vec(a.x * s, a.y * s, a.z * s);
+}
+static inline struct vec3 negate(struct vec3 a) {
+    return vec(-a.x, -a.y, -a.z);
+}
+static inline float dot(struct vec3 a, struct vec3 b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 static inline struct vec3 cross(struct vec3 a, struct vec3 b) {
     return vec(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
-static inline float length(struct vec3 a) { return sqrtf(dot(a, a)); }
+static inline float length(struct vec3 a) {
+    return sqrtf(dot(a, a));
+}
 /* The zero vector stays zero. */
 static inline struct vec3 normalize(struct vec3 a) {
     float l = length(a);
     return l > 0 ? scale(a, 1 / l) : a;
 }
-static inline float max_component(struct vec3 a) { return fmaxf(a.x, fmaxf(a.y, a.z)); }
-static inline float mean_component(struct vec3 a) { return (a.x + a.y + a.z) * (1.0f / 3); }
-static inline float luminance(struct vec3 rgb) { return 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z; }
+static inline float max_component(struct vec3 a) {
+    return fmaxf(a.x, fmaxf(a.y, a.z));
+}
+static inline float mean_component(struct vec3 a) {
+    return (a.x + a.y + a.z) * (1.0f / 3);
+}
+static inline float luminance(struct vec3 rgb) {
+    return 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z;
+}
 
 #endif

@@ -7,8 +7,9 @@
 #include "pipeline/pipeline.h"
 
 /* Sums over a block of one channel: of the differences and of both pictures' variances. */
-static void block_sums(const float *test, const float *reference, const float *variance, const float *stderr_,
-                       int width, int x0, int y0, int size, double *difference, double *expected) {
+static void block_sums(const float *test, const float *reference, const float *variance,
+                       const float *stderr_, int width, int x0, int y0, int size,
+                       double *difference, double *expected) {
     *difference = *expected = 0;
     for (int y = y0; y < y0 + size; y++)
         for (int x = x0; x < x0 + size; x++) {
@@ -30,8 +31,9 @@ static void add_score(struct fewray_block_scores *s, double z) {
     s->largest = fmax(s->largest, fabs(z));
 }
 
-int fewray_block_zscores(const struct fewray_frame *test, const struct fewray_frame *reference, int block,
-                         struct fewray_block_scores *scores, struct fewray_error *error) {
+int fewray_block_zscores(const struct fewray_frame *test, const struct fewray_frame *reference,
+                         int block, struct fewray_block_scores *scores,
+                         struct fewray_error *error) {
     static const char *const channels[3] = {"R", "G", "B"};
     static const char *const errors[3] = {"stderr.R", "stderr.G", "stderr.B"};
     memset(scores, 0, sizeof(*scores));
@@ -39,13 +41,16 @@ int fewray_block_zscores(const struct fewray_frame *test, const struct fewray_fr
     if (!fewray_frame_layer(test, FEWRAY_VARIANCE, variance))
         variance[0] = variance[1] = variance[2] = NULL;
     if (test->width != reference->width || test->height != reference->height || block < 1)
-        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0, "the pictures have different sizes");
+        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
+                           "the pictures have different sizes");
     for (int c = 0; c < 3; c++) {
-        const float *x = fewray_frame_plane(test, channels[c]), *r = fewray_frame_plane(reference, channels[c]);
+        const float *x = fewray_frame_plane(test, channels[c]),
+                    *r = fewray_frame_plane(reference, channels[c]);
         const float *e = fewray_frame_plane(reference, errors[c]);
         if (!x || !r || !e)
-            return fewray_fail(error, FEWRAY_ERROR_FORMAT, NULL, 0,
-                               "block scores need R, G, B in both pictures and stderr.R/G/B in the reference");
+            return fewray_fail(
+                error, FEWRAY_ERROR_FORMAT, NULL, 0,
+                "block scores need R, G, B in both pictures and stderr.R/G/B in the reference");
         for (int y = 0; y + block <= test->height; y += block)
             for (int x0 = 0; x0 + block <= test->width; x0 += block) {
                 double difference, expected;
@@ -56,7 +61,8 @@ int fewray_block_zscores(const struct fewray_frame *test, const struct fewray_fr
     }
     if (scores->count) {
         scores->mean /= scores->count;
-        scores->deviation = sqrt(fmax(0, scores->deviation / scores->count - scores->mean * scores->mean));
+        scores->deviation =
+            sqrt(fmax(0, scores->deviation / scores->count - scores->mean * scores->mean));
     }
     return FEWRAY_OK;
 }

@@ -51,12 +51,15 @@ static int print_metrics(const struct fewray_metrics *m, bool as_json) {
 }
 
 static void print_scores(const struct fewray_block_scores *s, int block) {
-    printf("z-scores of %d x %d pixel blocks: count %lld, mean %.3f, deviation %.3f, largest %.2f\n", block, block, s->count,
-           s->mean, s->deviation, s->largest);
+    printf(
+        "z-scores of %d x %d pixel blocks: count %lld, mean %.3f, deviation %.3f, largest %.2f\n",
+        block, block, s->count, s->mean, s->deviation, s->largest);
     printf("|z| > 2: %.2f %% (normal: 4.55 %%), |z| > 3: %.2f %% (normal: 0.27 %%)\n",
-           100.0 * (double)s->beyond_2 / (double)s->count, 100.0 * (double)s->beyond_3 / (double)s->count);
+           100.0 * (double)s->beyond_2 / (double)s->count,
+           100.0 * (double)s->beyond_3 / (double)s->count);
     for (int i = 0; i < FEWRAY_SCORE_BINS; i++)
-        printf("z %+d to %+d: %lld\n", i - FEWRAY_SCORE_BINS / 2, i + 1 - FEWRAY_SCORE_BINS / 2, s->histogram[i]);
+        printf("z %+d to %+d: %lld\n", i - FEWRAY_SCORE_BINS / 2, i + 1 - FEWRAY_SCORE_BINS / 2,
+               s->histogram[i]);
 }
 
 int cmd_compare(int argc, char **argv) {
@@ -65,7 +68,8 @@ int cmd_compare(int argc, char **argv) {
     const struct option_spec specs[] = {
         {"json", 0, OPTION_FLAG, &as_json, NULL, "one JSON object instead of lines", 0, 0, NULL},
         {"blocks", 0, OPTION_INT, &block, "N",
-         "instead: z-scores of blocks of N x N pixels, by the reference's standard errors", 1, 4096, NULL},
+         "instead: z-scores of blocks of N x N pixels, by the reference's standard errors", 1, 4096,
+         NULL},
         {0},
     };
     const struct command_line line = {

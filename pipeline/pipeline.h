@@ -81,17 +81,19 @@ FEWRAY_API int fewray_compare(const struct fewray_frame *test, const struct fewr
 
 #define FEWRAY_SCORE_BINS 10
 
-/* Differences of blocks of pixels in units of their standard error: of a right renderer they are normal, with mean 0 and
- * deviation 1 (less where the test's variance layer overestimates, as it does for Sobol points). */
+/* Differences of blocks of pixels in units of their standard error: of a right renderer they are
+ * normal, with mean 0 and deviation 1 (less where the test's variance layer overestimates, as it
+ * does for Sobol points). */
 struct fewray_block_scores {
     long long count;                        /* blocks times channels */
     double mean, deviation, largest;        /* of z; largest: |z| */
     long long beyond_2, beyond_3;           /* |z| > 2: 4.6 % expected; |z| > 3: 0.27 % */
     long long histogram[FEWRAY_SCORE_BINS]; /* z in steps of 1 from -5 to 5, the ends open */
 };
-/* z of each whole block of block x block pixels and each channel, from the reference's stderr.R/G/B and the test's
- * variance.R/G/B (taken as 0 where it has none). */
-FEWRAY_API int fewray_block_zscores(const struct fewray_frame *test, const struct fewray_frame *reference, int block,
+/* z of each whole block of block x block pixels and each channel, from the reference's stderr.R/G/B
+ * and the test's variance.R/G/B (taken as 0 where it has none). */
+FEWRAY_API int fewray_block_zscores(const struct fewray_frame *test,
+                                    const struct fewray_frame *reference, int block,
                                     struct fewray_block_scores *scores, struct fewray_error *error);
 
 /* --- composites */

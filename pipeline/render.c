@@ -95,7 +95,8 @@ static int render(struct run *run, struct fewray_error *error) {
     int status = fewray_trace_rest(run->world, run->maps, &run->settings, run->film,
                                    &run->stats.counts, error);
     if (!status)
-        status = fewray_trace_edges(run->world, &run->settings, run->film, &run->stats.counts, error);
+        status =
+            fewray_trace_edges(run->world, &run->settings, run->film, &run->stats.counts, error);
     if (!status)
         status = develop(run, error);
     run->stats.render_s = clock_lap(&run->lap);

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#define MU 5000.0f
+#define MU         5000.0f
 #define FILL_PRIOR 1.0f  /* samples that the coarser estimate counts for against a bin's own */
 #define FILL_FLOOR 1e-3f /* of the scale: no bin is taken for darker */
 
@@ -23,7 +23,8 @@ struct bin_sums {
     struct vec3 normal, second_normal;
 };
 
-static bool find_point(const struct fewray_look *look, int x, int y, struct gathered *out, float *depth) {
+static bool find_point(const struct fewray_look *look, int x, int y, struct gathered *out,
+                       float *depth) {
     const struct look_record *r =
         look->records + ((size_t)y * (size_t)look->width + (size_t)x) * (size_t)look->samples;
     for (int s = 0; s < look->samples; s++)
@@ -58,11 +59,13 @@ static void bin_window(const struct fewray_look *look, int x, int y, const struc
                        struct bin_sums bins[SPHERE_BINS], struct vec3 *color) {
     int half = look->samples < 8 ? 10 : 5;
     int x0 = clamp_int(x - half, 0, look->width - 1), x1 = clamp_int(x + half, 0, look->width - 1);
-    int y0 = clamp_int(y - half, 0, look->height - 1), y1 = clamp_int(y + half, 0, look->height - 1);
+    int y0 = clamp_int(y - half, 0, look->height - 1),
+        y1 = clamp_int(y + half, 0, look->height - 1);
     for (int j = y0; j <= y1; j++) {
         size_t row = (size_t)j * (size_t)look->width;
         const struct look_record *r = look->records + (row + (size_t)x0) * (size_t)look->samples;
-        const struct look_record *end = look->records + (row + (size_t)x1 + 1) * (size_t)look->samples;
+        const struct look_record *end =
+            look->records + (row + (size_t)x1 + 1) * (size_t)look->samples;
         for (; r < end; r++) {
             float cos_theta = dot(r->direction, point->normal);
             if (!(r->depth > 0) || !(cos_theta > 0))
@@ -92,9 +95,9 @@ static void fill_planes(const struct bin_sums *bin, int b, float inverse_scale, 
     }
 }
 
-/* Push-pull over a pyramid of 2 x 2 bins: each level's estimate is drawn towards the coarser one's as if that were
- * FILL_PRIOR samples. count and sum are (size, size) and hold the samples and their summed second moments; estimate
- * gets the filled mean. */
+/* Push-pull over a pyramid of 2 x 2 bins: each level's estimate is drawn towards the coarser one's
+ * as if that were FILL_PRIOR samples. count and sum are (size, size) and hold the samples and their
+ * summed second moments; estimate gets the filled mean. */
 static void fill_level(const float *count, const float *sum, int size, float *estimate) {
     if (size == 1) {
         estimate[0] = count[0] > 0 ? sum[0] / count[0] : 0;
@@ -106,14 +109,16 @@ static void fill_level(const float *count, const float *sum, int size, float *es
     for (int y = 0; y < half; y++)
         for (int x = 0; x < half; x++) {
             int i = 2 * y * size + 2 * x;
-            coarse_count[y * half + x] = count[i] + count[i + 1] + count[i + size] + count[i + size + 1];
+            coarse_count[y * half + x] =
+                count[i] + count[i + 1] + count[i + size] + count[i + size + 1];
             coarse_sum[y * half + x] = sum[i] + sum[i + 1] + sum[i + size] + sum[i + size + 1];
         }
     fill_level(coarse_count, coarse_sum, half, coarse);
     for (int y = 0; y < size; y++)
         for (int x = 0; x < size; x++) {
             int i = y * size + x;
-            estimate[i] = (sum[i] + FILL_PRIOR * coarse[y / 2 * half + x / 2]) / (count[i] + FILL_PRIOR);
+            estimate[i] =
+                (sum[i] + FILL_PRIOR * coarse[y / 2 * half + x / 2]) / (count[i] + FILL_PRIOR);
         }
 }
 

@@ -9,7 +9,8 @@
 #include "guide/odis/look.h"
 #include "guide/odis/sphere_grid.h"
 
-/* Input planes (paper, section 4.1, "Input features", and the root of the second moment). Bins without samples are 0. */
+/* Input planes (paper, section 4.1, "Input features", and the root of the second moment). Bins
+ * without samples are 0. */
 enum gather_plane {
     GATHER_RADIANCE,      /* range-compressed mean radiance / scale */
     GATHER_DEPTH,         /* mean first-hit depth / the grid point's */
@@ -21,21 +22,24 @@ enum gather_plane {
 };
 
 struct gathered {
-    bool valid; /* the grid point lies on a surface that light reaches as far as the look can tell */
+    bool
+        valid; /* the grid point lies on a surface that light reaches as far as the look can tell */
     struct vec3 position, normal;
-    float scale;      /* mean radiance over the filled bins; radiance in all planes is relative to it */
+    float scale; /* mean radiance over the filled bins; radiance in all planes is relative to it */
     struct vec3 tint; /* colour of the gathered light, mean of RGB 1 */
     float planes[GATHER_PLANES][SPHERE_BINS];
     float mask[SPHERE_BINS];   /* 1 where the bin got samples and lies above the horizon, else 0 */
     float cosine[SPHERE_BINS]; /* of the bin's centre to the normal; 0 below the horizon */
-    float fill[SPHERE_BINS];   /* log of the root of the second moment / scale, holes filled from coarser bins */
+    float fill[SPHERE_BINS];   /* log of the root of the second moment / scale, holes filled from
+                                  coarser bins */
 };
 
 /* The paper's eq. 3 with mu = 5000, and its inverse. */
 float range_compress(float radiance);
 float range_expand(float compressed);
 
-/* Bins the records of a window of 21 x 21 pixels (11 x 11 from 8 samples a pixel on, paper section 4.3) around pixel (x, y). */
+/* Bins the records of a window of 21 x 21 pixels (11 x 11 from 8 samples a pixel on, paper
+ * section 4.3) around pixel (x, y). */
 void gather(const struct fewray_look *look, int x, int y, struct gathered *out);
 
 #endif

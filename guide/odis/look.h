@@ -9,11 +9,13 @@
 
 struct look_record {
     struct vec3 position; /* first hit, world space */
-    struct vec3 normal;   /* first hit, shading normal towards the viewer; zero: the camera ray missed */
-    float depth;          /* camera to first hit, scene units */
+    struct vec3
+        normal;  /* first hit, shading normal towards the viewer; zero: the camera ray missed */
+    float depth; /* camera to first hit, scene units */
     struct vec3 direction; /* of the first bounce, unit, world space */
     struct vec3 radiance;  /* incident from there: emission and one estimate of what is reflected */
-    float weighted;        /* the same, mean of RGB, with the emission weighted against next-event estimation */
+    float weighted;        /* the same, mean of RGB, with the emission weighted against next-event
+                              estimation */
     float distance;        /* first to second hit; 0 = none */
     struct vec3 second_normal; /* second hit, towards the first; zero = none */
 };

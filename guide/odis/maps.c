@@ -37,7 +37,8 @@ static float between(int x, int a, int b) {
 }
 
 /* The four grid points around a pixel and their bilinear shares. */
-static void neighbours(const struct fewray_maps *maps, int x, int y, const struct map *around[4], float share[4]) {
+static void neighbours(const struct fewray_maps *maps, int x, int y, const struct map *around[4],
+                       float share[4]) {
     int i = x / MAP_STRIDE, j = y / MAP_STRIDE;
     int i1 = i + 1 < maps->columns ? i + 1 : i, j1 = j + 1 < maps->rows ? j + 1 : j;
     float fx = between(x, map_pixel(i, maps->width), map_pixel(i1, maps->width));
@@ -50,7 +51,8 @@ static void neighbours(const struct fewray_maps *maps, int x, int y, const struc
     around[3] = row1 + i1, share[3] = fx * fy;
 }
 
-/* 1 where a map's surface continues the point's, falling to 0 with the angle between the normals. */
+/* 1 where a map's surface continues the point's, falling to 0 with the angle between the normals.
+ */
 static float same_side(const struct map *map, struct vec3 normal) {
     float d = dot(map->normal, normal);
     if (!(d > 0))
@@ -90,7 +92,8 @@ struct map_mixture maps_at(const struct fewray_maps *maps, int x, int y, struct 
     return mixture;
 }
 
-/* A position within a bin, kept off its borders so that rounding can't lead into a bin of another density. */
+/* A position within a bin, kept off its borders so that rounding can't lead into a bin of another
+ * density. */
 static float inside(float position) {
     return fminf(fmaxf(position, 1e-5f), 1 - 1e-5f);
 }
@@ -172,7 +175,8 @@ static int build_maps(const struct fewray_look *look, const struct fewray_render
                 cancelled = true;
                 continue;
             }
-            gather(look, map_pixel(i % maps->columns, maps->width), map_pixel(i / maps->columns, maps->height), g);
+            gather(look, map_pixel(i % maps->columns, maps->width),
+                   map_pixel(i / maps->columns, maps->height), g);
             if (g->valid) {
                 make_map(g, network, &maps->maps[i]);
                 inferred++;
@@ -191,14 +195,16 @@ static int build_maps(const struct fewray_look *look, const struct fewray_render
     stats->grids += count;
     stats->grids_inferred += inferred;
     if (no_memory)
-        return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the guide's network");
+        return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
+                           "no memory for the guide's network");
     if (cancelled)
         return fewray_fail(error, FEWRAY_ERROR_CANCELLED, NULL, 0, "interrupted");
     return FEWRAY_OK;
 }
 
-int fewray_maps_create(const struct fewray_look *look, const struct fewray_render_settings *settings,
-                       struct fewray_maps **out, struct fewray_render_stats *stats, struct fewray_error *error) {
+int fewray_maps_create(const struct fewray_look *look,
+                       const struct fewray_render_settings *settings, struct fewray_maps **out,
+                       struct fewray_render_stats *stats, struct fewray_error *error) {
     *out = NULL;
     struct odis_weights *weights = NULL;
     int status = odis_weights_load(settings->weights_path, &weights, error);
@@ -213,7 +219,8 @@ int fewray_maps_create(const struct fewray_look *look, const struct fewray_rende
         maps->maps = calloc((size_t)maps->columns * (size_t)maps->rows, sizeof(*maps->maps));
     }
     if (!maps || !maps->maps)
-        status = fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the sampling maps");
+        status =
+            fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the sampling maps");
     else
         status = build_maps(look, settings, weights, maps, stats, error);
     odis_weights_destroy(&weights);

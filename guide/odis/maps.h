@@ -2,7 +2,8 @@
 #ifndef FEWRAY_GUIDE_MAPS_H
 #define FEWRAY_GUIDE_MAPS_H
 
-/* Sampling maps: a density over the sphere at each grid point, and its interpolation at any surface point. */
+/* Sampling maps: a density over the sphere at each grid point, and its interpolation at any surface
+ * point. */
 
 #include <stdbool.h>
 
@@ -17,11 +18,13 @@ struct map {
     struct vec3 position, normal; /* of the grid point's surface, world space */
     struct vec3 irradiance;       /* integral of radiance * cos over the hemisphere / pi */
     float row_cdf[SPHERE_ROWS + 1];
-    float density[SPHERE_BINS]; /* pdf (solid angle), constant within a bin; integrates to 1 over the sphere */
+    float density[SPHERE_BINS]; /* pdf (solid angle), constant within a bin; integrates to 1 over
+                                   the sphere */
 };
 
 struct fewray_maps {
-    int columns, rows; /* grid points; point (i, j) lies at pixel (8 i, 8 j), the last ones at the picture's edge */
+    int columns, rows; /* grid points; point (i, j) lies at pixel (8 i, 8 j), the last ones at the
+                          picture's edge */
     int width, height; /* picture, pixels */
     struct map *maps;  /* (rows, columns) */
 };
@@ -39,8 +42,8 @@ static inline int map_pixel(int i, int size) {
     return p < size ? p : size - 1;
 }
 
-/* Bilinear shares of the four maps around pixel (x, y), lowered where a map's surface has another normal or lies off the
- * point's tangent plane. */
+/* Bilinear shares of the four maps around pixel (x, y), lowered where a map's surface has another
+ * normal or lies off the point's tangent plane. */
 struct map_mixture maps_at(const struct fewray_maps *maps, int x, int y, struct vec3 position,
                            struct vec3 normal);
 /* Draws a unit direction from the mixture. */
@@ -51,7 +54,8 @@ float map_mixture_pdf(const struct map_mixture *mixture, struct vec3 direction);
 /* Irradiance / pi at pixel (x, y) for a surface of this mean normal; zero where no map fits. */
 struct vec3 maps_irradiance(const struct fewray_maps *maps, int x, int y, struct vec3 normal);
 
-/* Makes a density of non-negative values (pdf up to a factor, a value a bin); false where all are zero or one isn't finite. */
+/* Makes a density of non-negative values (pdf up to a factor, a value a bin); false where all are
+ * zero or one isn't finite. */
 bool map_set_density(struct map *map, const float values[SPHERE_BINS]);
 
 #endif

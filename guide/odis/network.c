@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The ODIS network: a U-Net of masked convolutions over the sphere's bins. Layer names are those of train/model.py. */
+/* The ODIS network: a U-Net of masked convolutions over the sphere's bins. Layer names are those of
+ * train/model.py. */
 
 #include "guide/odis/network.h"
 
@@ -16,8 +17,8 @@ NN_EMBED(odis_weights, ODIS_WEIGHTS_FILE)
 
 enum layer { STEM, ENC0, ENC1A, ENC1B, ENC2A, ENC2B, UP1, DEC1, UP0, DEC0, HEAD, LAYER_COUNT };
 
-#define FEATURES (GATHER_PLANES + 3) /* a bin: the gathered planes, mask, cosine, fill */
-#define FILL_SCALE 0.25f             /* brings the fill's natural logarithm to the size of the other inputs */
+#define FEATURES   (GATHER_PLANES + 3) /* a bin: the gathered planes, mask, cosine, fill */
+#define FILL_SCALE 0.25f /* brings the fill's natural logarithm to the size of the other inputs */
 
 static const struct {
     const char *name;
@@ -47,8 +48,8 @@ enum buffer { INPUT, FULL_A, FULL_B, HALF_A, HALF_B, QUARTER_A, QUARTER_B, BUFFE
 static const struct {
     int size, channels;
 } buffers[BUFFER_COUNT] = {
-    [INPUT] = {16, 64},  [FULL_A] = {16, 16},   [FULL_B] = {16, 16},   [HALF_A] = {8, 32},
-    [HALF_B] = {8, 32},  [QUARTER_A] = {4, 32}, [QUARTER_B] = {4, 32},
+    [INPUT] = {16, 64}, [FULL_A] = {16, 16},   [FULL_B] = {16, 16},   [HALF_A] = {8, 32},
+    [HALF_B] = {8, 32}, [QUARTER_A] = {4, 32}, [QUARTER_B] = {4, 32},
 };
 
 struct odis_network {
@@ -72,17 +73,19 @@ int odis_weights_load(const char *path, struct odis_weights **out, struct fewray
     *out = NULL;
     struct nn_weights *file = NULL;
     int status = path ? nn_weights_read(path, &file, error)
-                      : nn_weights_parse(odis_weights, odis_weights_size(), "built-in guide weights", &file, error);
+                      : nn_weights_parse(odis_weights, odis_weights_size(),
+                                         "built-in guide weights", &file, error);
     if (status)
         return status;
     struct odis_weights *weights = calloc(1, sizeof(*weights));
     if (!weights)
-        status = fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for the guide's weights");
+        status =
+            fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for the guide's weights");
     else
         weights->mean_maps = wants_mean_maps(file->info);
     for (int i = 0; i < LAYER_COUNT && !status; i++)
-        status = nn_conv_pack(&weights->convs[i], file, layers[i].name, layers[i].kernel, layers[i].in,
-                              layers[i].out, error);
+        status = nn_conv_pack(&weights->convs[i], file, layers[i].name, layers[i].kernel,
+                              layers[i].in, layers[i].out, error);
     nn_weights_destroy(&file);
     if (status)
         odis_weights_destroy(&weights);
@@ -114,7 +117,8 @@ struct odis_network *odis_network_create(const struct odis_weights *weights) {
     memset(n->storage, 0, bytes);
     char *at = n->storage;
     for (int i = 0; i < BUFFER_COUNT; i++) {
-        n->tensors[i] = (struct nn_tensor){buffers[i].size, buffers[i].size, buffers[i].channels, (float *)(void *)at};
+        n->tensors[i] = (struct nn_tensor){buffers[i].size, buffers[i].size, buffers[i].channels,
+                                           (float *)(void *)at};
         at += nn_tensor_bytes(buffers[i].size, buffers[i].size, buffers[i].channels);
     }
     n->pooled = (struct nn_tensor){8, 8, 16, (float *)(void *)at};
@@ -131,8 +135,8 @@ void odis_network_destroy(struct odis_network **network) {
     *network = NULL;
 }
 
-/* Space to depth: the 2x2 bins of a cell side by side. The stem is a masked convolution (Liu et al. 2018): what it takes
- * from the filled bins is scaled up by the share of bins that are empty. */
+/* Space to depth: the 2x2 bins of a cell side by side. The stem is a masked convolution (Liu et al.
+ * 2018): what it takes from the filled bins is scaled up by the share of bins that are empty. */
 static void fill_input(const struct gathered *in, const struct nn_tensor *input) {
     for (int y = 0; y < 16; y++)
         for (int x = 0; x < 16; x++) {
@@ -152,8 +156,8 @@ static void fill_input(const struct gathered *in, const struct nn_tensor *input)
         }
 }
 
-static void run(struct odis_network *n, enum layer layer, const struct nn_tensor *in, const struct nn_tensor *out,
-                enum nn_activation activation) {
+static void run(struct odis_network *n, enum layer layer, const struct nn_tensor *in,
+                const struct nn_tensor *out, enum nn_activation activation) {
     if (layers[layer].kernel == 3)
         nn_fill_border(in, NN_BORDER_WRAP_X);
     n->kernels->conv(&n->weights->convs[layer], in, out, activation, 0, out->height);

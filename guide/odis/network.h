@@ -3,14 +3,16 @@
 #define FEWRAY_GUIDE_NETWORK_H
 
 /* The ODIS network's forward pass for one grid point. What train/model.py must do likewise:
- * - a bin's 13 features: the 10 gathered planes times gain, mask, cosine, fill / 4; gain = 4 / (filled bins among the 2x2 of
- *   its cell), 0 where none is filled
+ * - a bin's 13 features: the 10 gathered planes times gain, mask, cosine, fill / 4; gain = 4 /
+ * (filled bins among the 2x2 of its cell), 0 where none is filled
  * - space to depth, channel (2 dy + dx) * 13 + feature, 32x32 -> 16x16
- * - stem 1x1 52->16, enc0 3x3 16->16 (16x16), average pool, enc1a 16->32, enc1b 32->32 (8x8), average pool, enc2a, enc2b 32->32 (4x4),
- *   up1 1x1 32->32, nearest upsampling, + enc1b's output, dec1 3x3 32->32 (8x8), up0 1x1 32->16, nearest upsampling, + enc0's output,
- *   dec0 3x3 16->16 (16x16), head 1x1 16->8. Leaky ReLU 0.2 after all but up1, up0 and head; columns wrap, rows are zero-padded
- * - head channel 4 o + 2 dy + dx: output o of bin (dy, dx) of the cell; log root second moment = fill + output 0; range-compressed mean
- *   radiance = output 1 */
+ * - stem 1x1 52->16, enc0 3x3 16->16 (16x16), average pool, enc1a 16->32, enc1b 32->32 (8x8),
+ * average pool, enc2a, enc2b 32->32 (4x4), up1 1x1 32->32, nearest upsampling, + enc1b's output,
+ * dec1 3x3 32->32 (8x8), up0 1x1 32->16, nearest upsampling, + enc0's output, dec0 3x3 16->16
+ * (16x16), head 1x1 16->8. Leaky ReLU 0.2 after all but up1, up0 and head; columns wrap, rows are
+ * zero-padded
+ * - head channel 4 o + 2 dy + dx: output o of bin (dy, dx) of the cell; log root second moment =
+ * fill + output 0; range-compressed mean radiance = output 1 */
 
 #include "guide/odis/gather.h"
 
@@ -25,10 +27,11 @@ void odis_weights_destroy(struct odis_weights **weights);
 struct odis_network *odis_network_create(const struct odis_weights *weights);
 void odis_network_destroy(struct odis_network **network);
 
-/* wanted: what a sampling map should be in proportion to, before the cosine: the root of the second moment that a sample of a
- * bin returns, or, for weights trained as in the paper (info "map": "mean"), the mean radiance. radiance: mean radiance. Both
- * relative to the gathered scale; what lies below the horizon is meaningless. */
-void odis_network_run(struct odis_network *network, const struct gathered *in, float wanted[SPHERE_BINS],
-                      float radiance[SPHERE_BINS]);
+/* wanted: what a sampling map should be in proportion to, before the cosine: the root of the second
+ * moment that a sample of a bin returns, or, for weights trained as in the paper (info "map":
+ * "mean"), the mean radiance. radiance: mean radiance. Both relative to the gathered scale; what
+ * lies below the horizon is meaningless. */
+void odis_network_run(struct odis_network *network, const struct gathered *in,
+                      float wanted[SPHERE_BINS], float radiance[SPHERE_BINS]);
 
 #endif

@@ -2,14 +2,15 @@
 #ifndef FEWRAY_GUIDE_SPHERE_GRID_H
 #define FEWRAY_GUIDE_SPHERE_GRID_H
 
-/* The full sphere in 32 x 32 bins of equal solid angle (paper, section 3.2): rows are equal steps of y from +1 down to
- * -1 (Archimedes), columns equal steps of azimuth around the y axis, which wraps. */
+/* The full sphere in 32 x 32 bins of equal solid angle (paper, section 3.2): rows are equal steps
+ * of y from +1 down to -1 (Archimedes), columns equal steps of azimuth around the y axis, which
+ * wraps. */
 
 #include "guide/vec.h"
 
-#define SPHERE_ROWS 32
-#define SPHERE_COLUMNS 32
-#define SPHERE_BINS (SPHERE_ROWS * SPHERE_COLUMNS)
+#define SPHERE_ROWS            32
+#define SPHERE_COLUMNS         32
+#define SPHERE_BINS            (SPHERE_ROWS * SPHERE_COLUMNS)
 #define SPHERE_BIN_SOLID_ANGLE (4 * PI_F / SPHERE_BINS) /* steradians */
 
 static inline int sphere_bin(struct vec3 direction) {

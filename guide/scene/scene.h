@@ -2,8 +2,9 @@
 #ifndef FEWRAY_GUIDE_SCENE_H
 #define FEWRAY_GUIDE_SCENE_H
 
-/* A scene as plain data: what the loaders fill and the tracer reads. Everything is in world space; every shape is a
- * triangle mesh (rectangle 2, cube 12 triangles; disk and sphere are tessellated). */
+/* A scene as plain data: what the loaders fill and the tracer reads. Everything is in world space;
+ * every shape is a triangle mesh (rectangle 2, cube 12 triangles; disk and sphere are tessellated).
+ */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -43,16 +44,19 @@ enum environment_kind { ENVIRONMENT_NONE, ENVIRONMENT_CONSTANT, ENVIRONMENT_MAP 
 
 struct environment {
     enum environment_kind kind;
-    struct vec3 radiance;             /* constant */
-    const struct fewray_image *image; /* map: float, 3 channels; latitude-longitude as Mitsuba's envmap */
+    struct vec3 radiance; /* constant */
+    const struct fewray_image
+        *image; /* map: float, 3 channels; latitude-longitude as Mitsuba's envmap */
     float scale;
-    float to_local[9]; /* rows of the rotation that takes a world direction to the map's own space */
+    float
+        to_local[9]; /* rows of the rotation that takes a world direction to the map's own space */
 };
 
 struct camera {
-    float to_world[12]; /* 3 rows of 4; looks along +z with +x to the LEFT of the image, as Mitsuba */
-    float fov_x;        /* radians, along the image's width */
-    int width, height;  /* pixels */
+    float
+        to_world[12]; /* 3 rows of 4; looks along +z with +x to the LEFT of the image, as Mitsuba */
+    float fov_x;      /* radians, along the image's width */
+    int width, height; /* pixels */
 };
 
 struct fewray_scene {

@@ -33,8 +33,8 @@ static inline struct vec3 uniform_hemisphere(const float u[2]) {
     return vec(r * cosf(phi), r * sinf(phi), z);
 }
 
-/* Veach 1997, eq. 9.12 (power heuristic, beta = 2) for one sample of each of two techniques. Divides first, so that
- * no density overflows. */
+/* Veach 1997, eq. 9.12 (power heuristic, beta = 2) for one sample of each of two techniques.
+ * Divides first, so that no density overflows. */
 static inline float power_heuristic(float pdf, float other_pdf) {
     if (!(pdf > 0))
         return 0;

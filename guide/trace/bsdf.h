@@ -9,7 +9,8 @@
 /* A surface point as one BSDF sees it from one side. */
 struct shading {
     struct vec3 position, geometric_normal;
-    struct vec3 normal; /* unit shading normal, on the side of the viewer where the material has one */
+    struct vec3
+        normal; /* unit shading normal, on the side of the viewer where the material has one */
     struct vec3 albedo; /* diffuse reflectance, 0..1 */
     bool scatters;      /* false: black from this side */
 };

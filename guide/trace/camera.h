@@ -4,8 +4,8 @@
 
 #include "guide/scene/scene.h"
 
-/* Origin and unit direction of the camera ray through (x, y), in pixels from the upper left corner of a picture of
- * width x height pixels. The field of view is the scene's, along the width. */
+/* Origin and unit direction of the camera ray through (x, y), in pixels from the upper left corner
+ * of a picture of width x height pixels. The field of view is the scene's, along the width. */
 void camera_ray(const struct camera *camera, int width, int height, float x, float y,
                 struct vec3 *origin, struct vec3 *direction);
 

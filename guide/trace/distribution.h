@@ -7,8 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Fills cdf[0..n] (cdf[0] = 0, cdf[n] = 1) from non-negative weights summed in double precision; returns the sum. All
- * weights zero: uniform. */
+/* Fills cdf[0..n] (cdf[0] = 0, cdf[n] = 1) from non-negative weights summed in double precision;
+ * returns the sum. All weights zero: uniform. */
 static inline double cdf_build(const float *weights, size_t n, float *cdf) {
     double total = 0;
     for (size_t i = 0; i < n; i++)
@@ -30,7 +30,8 @@ static inline void cdf_rescale(const float *cdf, size_t i, float *u) {
     *u = position < 0x1.fffffep-1f ? position : 0x1.fffffep-1f;
 }
 
-/* The index i with cdf[i] <= *u < cdf[i + 1]; *u becomes the position within that interval, in [0, 1). */
+/* The index i with cdf[i] <= *u < cdf[i + 1]; *u becomes the position within that interval, in [0,
+ * 1). */
 static inline size_t cdf_sample(const float *cdf, size_t n, float *u) {
     size_t low = 0, high = n;
     while (high - low > 1) {
@@ -44,8 +45,8 @@ static inline size_t cdf_sample(const float *cdf, size_t n, float *u) {
     return low;
 }
 
-/* Where the search for k / cuts may start, for each k in 0..cuts-1 (Chen and Asau 1974): a long table is then read at one
- * place instead of along a bisection. */
+/* Where the search for k / cuts may start, for each k in 0..cuts-1 (Chen and Asau 1974): a long
+ * table is then read at one place instead of along a bisection. */
 static inline void cdf_cut(const float *cdf, size_t n, uint32_t *start, size_t cuts) {
     size_t i = 0;
     for (size_t k = 0; k < cuts; k++) {
@@ -56,7 +57,8 @@ static inline void cdf_cut(const float *cdf, size_t n, uint32_t *start, size_t c
 }
 
 /* cdf_sample() by way of cdf_cut()'s table; the same result. */
-static inline size_t cdf_sample_cut(const float *cdf, size_t n, const uint32_t *start, size_t cuts, float *u) {
+static inline size_t cdf_sample_cut(const float *cdf, size_t n, const uint32_t *start, size_t cuts,
+                                    float *u) {
     size_t k = (size_t)(*u * (float)cuts);
     size_t i = start[k < cuts ? k : cuts - 1];
     while (i > 0 && cdf[i] > *u)

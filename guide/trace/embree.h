@@ -38,8 +38,8 @@ static inline void embree_intersect(RTCScene scene, struct RTCRayHit *ray_hit, b
 #else
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
-                             : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    context.flags =
+        coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
     rtcIntersect1(scene, &context, ray_hit);
 #endif
 }

@@ -32,13 +32,13 @@ static struct vec3 from_uv(float u, float v) {
 }
 
 static struct vec3 map_texel(const struct environment *e, int x, int y) {
-    const float *p =
-        e->image->floats + ((size_t)y * (size_t)e->image->width + (size_t)x) * (size_t)e->image->channels;
+    const float *p = e->image->floats +
+                     ((size_t)y * (size_t)e->image->width + (size_t)x) * (size_t)e->image->channels;
     return vec(p[0], p[1], p[2]);
 }
 
-/* Bilinear; columns wrap and are sampled at their centres, while the first and last row lie at the poles (Mitsuba's
- * convention). */
+/* Bilinear; columns wrap and are sampled at their centres, while the first and last row lie at the
+ * poles (Mitsuba's convention). */
 static struct vec3 map_value(const struct environment *e, float u, float v) {
     int w = e->image->width, h = e->image->height;
     float x = u * (float)w - 0.5f, y = v * (float)(h - 1);
@@ -60,12 +60,14 @@ struct vec3 environment_radiance(const struct environment *e, struct vec3 direct
     return map_value(e, u, v);
 }
 
-/* Mean over a few points of the cell, so that bilinear slopes are followed and no lit cell has density zero. */
+/* Mean over a few points of the cell, so that bilinear slopes are followed and no lit cell has
+ * density zero. */
 static float cell_luminance(const struct environment *e, int x, int y, int w, int h) {
     float sum = 0;
     for (int j = 0; j < 3; j++)
         for (int i = 0; i < 3; i++) {
-            float u = ((float)x + 0.5f * (float)i) / (float)w, v = ((float)y + 0.5f * (float)j) / (float)h;
+            float u = ((float)x + 0.5f * (float)i) / (float)w,
+                  v = ((float)y + 0.5f * (float)j) / (float)h;
             float weight = (i == 1 ? 2.0f : 1.0f) * (j == 1 ? 2.0f : 1.0f) / 16;
             sum += weight * luminance(map_value(e, u - floorf(u), fminf(v, 1)));
         }

@@ -8,12 +8,12 @@
 
 struct environment_table {
     const struct environment *environment;
-    int width, height; /* cells of the sampling table; 0 without a map */
-    float *row_cdf;    /* (height + 1) */
-    float *column_cdf; /* (height, width + 1) */
+    int width, height;    /* cells of the sampling table; 0 without a map */
+    float *row_cdf;       /* (height + 1) */
+    float *column_cdf;    /* (height, width + 1) */
     uint32_t *column_cut; /* (height, cuts): see cdf_cut() */
     int cuts;
-    float *density;    /* (height, width): pdf over the unit square of (u, v) */
+    float *density;       /* (height, width): pdf over the unit square of (u, v) */
     double power_density; /* mean luminance over the sphere */
 };
 

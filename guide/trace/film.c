@@ -29,14 +29,16 @@ static void picture_size(const struct camera *camera, const struct fewray_render
     *height = *height > 0 ? *height : 1;
 }
 
-int fewray_film_create(const struct fewray_world *world, const struct fewray_render_settings *settings,
-                       struct fewray_film **out, struct fewray_error *error) {
+int fewray_film_create(const struct fewray_world *world,
+                       const struct fewray_render_settings *settings, struct fewray_film **out,
+                       struct fewray_error *error) {
     *out = NULL;
     struct fewray_film *film = calloc(1, sizeof(*film));
     if (film) {
         picture_size(&world->scene->camera, settings, &film->width, &film->height);
         film->look_weight = settings->look_weight;
-        film->groups = calloc((size_t)film->width * (size_t)film->height * GROUP_COUNT, sizeof(*film->groups));
+        film->groups =
+            calloc((size_t)film->width * (size_t)film->height * GROUP_COUNT, sizeof(*film->groups));
         film->edges = calloc((size_t)film->width * (size_t)film->height, sizeof(*film->edges));
     }
     if (!film || !film->groups || !film->edges) {
@@ -63,7 +65,8 @@ struct integrator film_integrator(const struct fewray_world *world, const struct
     return (struct integrator){.world = world,
                                .width = film->width,
                                .height = film->height,
-                               .max_depth = settings->max_depth ? settings->max_depth : world->scene->max_depth,
+                               .max_depth = settings->max_depth ? settings->max_depth
+                                                                : world->scene->max_depth,
                                .rr_depth = world->scene->rr_depth,
                                .maps = maps,
                                .bsdf_fraction = settings->bsdf_fraction};
@@ -115,7 +118,8 @@ void film_store(struct fewray_film *film, int x, int y, int group, const struct 
     g->alpha = (float)(sums->alpha * share);
 }
 
-/* Share of the look in the pixel's value: fixed by the numbers of samples, so that it can't bias. */
+/* Share of the look in the pixel's value: fixed by the numbers of samples, so that it can't bias.
+ */
 static float look_share(const struct fewray_film *film, const struct pixel_group *look,
                         const struct pixel_group *rest) {
     if (!look->count || !rest->count)
@@ -123,8 +127,10 @@ static float look_share(const struct fewray_film *film, const struct pixel_group
     return film->look_weight * (float)look->count / (float)(look->count + rest->count);
 }
 
-/* Variance of the pixel's mean. The spread is pooled over both groups because a look of one sample has none of its own. */
-static float mean_variance(const struct pixel_group *a, const struct pixel_group *b, float share, int c) {
+/* Variance of the pixel's mean. The spread is pooled over both groups because a look of one sample
+ * has none of its own. */
+static float mean_variance(const struct pixel_group *a, const struct pixel_group *b, float share,
+                           int c) {
     int n = a->count + b->count;
     if (n == 0)
         return 0;
@@ -139,7 +145,8 @@ static float mean_variance(const struct pixel_group *a, const struct pixel_group
 }
 
 struct layer_planes {
-    float *color[3], *variance[3], *albedo[3], *normal[3], *emission[3], *depth[3], *irradiance[3], *alpha;
+    float *color[3], *variance[3], *albedo[3], *normal[3], *emission[3], *depth[3], *irradiance[3],
+        *alpha;
 };
 
 static void fill_pixel(const struct fewray_film *film, size_t i, const struct layer_planes *p) {
@@ -161,10 +168,12 @@ static void fill_pixel(const struct fewray_film *film, size_t i, const struct la
     p->alpha[i] = s * look->alpha + (1 - s) * rest->alpha;
 }
 
-/* Irradiance / pi at a pixel from the maps around it, by the pixel's own mean normal and look position. */
+/* Irradiance / pi at a pixel from the maps around it, by the pixel's own mean normal and look
+ * position. */
 static void fill_irradiance(const struct fewray_maps *maps, int x, int y, size_t i,
                             const struct layer_planes *p) {
-    struct vec3 e = maps_irradiance(maps, x, y, vec(p->normal[0][i], p->normal[1][i], p->normal[2][i]));
+    struct vec3 e =
+        maps_irradiance(maps, x, y, vec(p->normal[0][i], p->normal[1][i], p->normal[2][i]));
     p->irradiance[0][i] = e.x;
     p->irradiance[1][i] = e.y;
     p->irradiance[2][i] = e.z;
@@ -188,7 +197,8 @@ int fewray_film_frame(const struct fewray_film *film, const struct fewray_maps *
                     (!maps || fewray_frame_add_layer(frame, FEWRAY_IRRADIANCE, p.irradiance));
     if (!complete) {
         fewray_frame_destroy(&frame);
-        return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the picture's layers");
+        return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
+                           "no memory for the picture's layers");
     }
     for (int y = 0; y < film->height; y++)
         for (int x = 0; x < film->width; x++) {

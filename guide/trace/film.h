@@ -9,22 +9,24 @@
 
 enum { GROUP_LOOK, GROUP_REST, GROUP_COUNT };
 
-/* Means over the samples of one group of a pixel, and the sum of squared deviations of the radiance. */
+/* Means over the samples of one group of a pixel, and the sum of squared deviations of the
+ * radiance. */
 struct pixel_group {
     int count;
     float radiance[3], deviation[3]; /* mean; sum of (x - mean)^2 */
     float emission[3], albedo[3], normal[3], depth, alpha;
 };
 
-/* The directly seen emission of a pixel at an edge, from rays of its own: it replaces that of the samples. */
+/* The directly seen emission of a pixel at an edge, from rays of its own: it replaces that of the
+ * samples. */
 struct pixel_edge {
     bool refined;
     float emission[3];
 };
 
 struct fewray_film {
-    int width, height; /* pixels */
-    float look_weight; /* see struct fewray_render_settings */
+    int width, height;          /* pixels */
+    float look_weight;          /* see struct fewray_render_settings */
     struct pixel_group *groups; /* (height, width, GROUP_COUNT) */
     struct pixel_edge *edges;   /* (height, width) */
 };

@@ -19,7 +19,8 @@ static struct vec3 emitted(const struct fewray_world *world, const struct surfac
                            struct vec3 direction) {
     if (!hit)
         return environment_radiance(&world->scene->environment, direction);
-    return hit->mesh->emissive && dot(hit->normal, direction) < 0 ? hit->mesh->radiance : vec(0, 0, 0);
+    return hit->mesh->emissive && dot(hit->normal, direction) < 0 ? hit->mesh->radiance
+                                                                  : vec(0, 0, 0);
 }
 
 static float light_pdf(const struct fewray_world *world, const struct surface *hit,
@@ -27,7 +28,8 @@ static float light_pdf(const struct fewray_world *world, const struct surface *h
     return hit ? lights_pdf_hit(world, direction, hit) : lights_pdf_environment(world, direction);
 }
 
-/* Light that reaches the viewer by way of one sampled point of a light, up to its visibility and MIS weight. */
+/* Light that reaches the viewer by way of one sampled point of a light, up to its visibility and
+ * MIS weight. */
 static struct vec3 direct_light(const struct fewray_world *world, const struct shading *s,
                                 struct sampler *sampler, struct light_sample *light) {
     float u[2], pick = sampler_1d(sampler);
@@ -46,18 +48,20 @@ static bool light_visible(const struct fewray_world *world, const struct shading
                : !surface_blocked(world, s->position, s->geometric_normal, light->position);
 }
 
-struct incident trace_incident(const struct integrator *in, struct sampler *sampler, struct vec3 position,
-                               struct vec3 geometric_normal, struct vec3 direction, float pdf,
-                               int depth, struct vec3 throughput) {
+struct incident trace_incident(const struct integrator *in, struct sampler *sampler,
+                               struct vec3 position, struct vec3 geometric_normal,
+                               struct vec3 direction, float pdf, int depth,
+                               struct vec3 throughput) {
     struct incident out = {.distance = 0};
     struct vec3 reflected = vec(0, 0, 0), relative = vec(1, 1, 1);
     for (bool first = true;; first = false, depth++) {
         struct surface surface;
         out.rays++;
-        struct surface *hit = surface_trace(in->world, offset_origin(position, geometric_normal, direction),
-                                            direction, false, &surface)
-                                  ? &surface
-                                  : NULL;
+        struct surface *hit =
+            surface_trace(in->world, offset_origin(position, geometric_normal, direction),
+                          direction, false, &surface)
+                ? &surface
+                : NULL;
         struct vec3 e = emitted(in->world, hit, direction);
         if (!is_black(e)) {
             float weight = power_heuristic(pdf, light_pdf(in->world, hit, direction));
@@ -140,9 +144,11 @@ struct vec3 trace_emission(const struct integrator *in, float x, float y) {
     return emitted(in->world, found ? &hit : NULL, direction);
 }
 
-/* Adds next-event estimation at the first hit; mixture_pdf tells the density of the bounce for MIS. */
-static void add_direct(const struct integrator *in, const struct shading *s, struct sampler *sampler,
-                       const struct map_mixture *mixture, bool uniform, struct path_sample *out) {
+/* Adds next-event estimation at the first hit; mixture_pdf tells the density of the bounce for MIS.
+ */
+static void add_direct(const struct integrator *in, const struct shading *s,
+                       struct sampler *sampler, const struct map_mixture *mixture, bool uniform,
+                       struct path_sample *out) {
     struct light_sample light;
     struct vec3 direct = direct_light(in->world, s, sampler, &light);
     if (is_black(direct))
@@ -190,13 +196,15 @@ struct path_sample trace_path(const struct integrator *in, int x, int y, struct 
     if (!(pdf > 0))
         return out;
     if (mixture.count)
-        pdf = in->bsdf_fraction * pdf + (1 - in->bsdf_fraction) * map_mixture_pdf(&mixture, direction);
+        pdf = in->bsdf_fraction * pdf +
+              (1 - in->bsdf_fraction) * map_mixture_pdf(&mixture, direction);
     add_bounce(in, &s, sampler, direction, pdf, &out);
     return out;
 }
 
-struct path_sample trace_look_path(const struct integrator *in, int x, int y, struct sampler *sampler,
-                                   const float u[2], struct look_record *record) {
+struct path_sample trace_look_path(const struct integrator *in, int x, int y,
+                                   struct sampler *sampler, const float u[2],
+                                   struct look_record *record) {
     struct path_sample out = {.rays = 0};
     struct shading s;
     *record = (struct look_record){.depth = 0};

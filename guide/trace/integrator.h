@@ -2,7 +2,8 @@
 #ifndef FEWRAY_GUIDE_INTEGRATOR_H
 #define FEWRAY_GUIDE_INTEGRATOR_H
 
-/* Unidirectional path tracing with next-event estimation, combined by multiple importance sampling. */
+/* Unidirectional path tracing with next-event estimation, combined by multiple importance sampling.
+ */
 
 #include "guide/odis/look.h"
 #include "guide/odis/maps.h"
@@ -11,8 +12,8 @@
 
 struct integrator {
     const struct fewray_world *world;
-    int width, height;        /* picture, pixels */
-    int max_depth, rr_depth;  /* as Mitsuba counts; max_depth < 0: no limit */
+    int width, height;              /* picture, pixels */
+    int max_depth, rr_depth;        /* as Mitsuba counts; max_depth < 0: no limit */
     const struct fewray_maps *maps; /* NULL: not guided */
     float bsdf_fraction;
 };
@@ -37,22 +38,25 @@ struct incident {
     int rays;
 };
 
-/* Estimates the radiance along a unit direction from a surface point. pdf: density (solid angle) with which the
- * direction was drawn. depth: vertices on the path so far (1 at the camera's first hit). throughput: of the path so
- * far, for Russian roulette alone. */
-struct incident trace_incident(const struct integrator *in, struct sampler *sampler, struct vec3 position,
-                               struct vec3 geometric_normal, struct vec3 direction, float pdf,
-                               int depth, struct vec3 throughput);
+/* Estimates the radiance along a unit direction from a surface point. pdf: density (solid angle)
+ * with which the direction was drawn. depth: vertices on the path so far (1 at the camera's first
+ * hit). throughput: of the path so far, for Russian roulette alone. */
+struct incident trace_incident(const struct integrator *in, struct sampler *sampler,
+                               struct vec3 position, struct vec3 geometric_normal,
+                               struct vec3 direction, float pdf, int depth, struct vec3 throughput);
 
-/* A camera path through the pixel (x, y); the first bounce is drawn from the maps where there are some, else from the
- * BSDF. */
+/* A camera path through the pixel (x, y); the first bounce is drawn from the maps where there are
+ * some, else from the BSDF. */
 struct path_sample trace_path(const struct integrator *in, int x, int y, struct sampler *sampler);
 
-/* Radiance that is emitted by what the camera sees at (x, y), in pixels from the upper left corner. */
+/* Radiance that is emitted by what the camera sees at (x, y), in pixels from the upper left corner.
+ */
 struct vec3 trace_emission(const struct integrator *in, float x, float y);
 
-/* A camera path whose first bounce has the direction that `u` warps to uniformly over the hemisphere; fills *record. */
-struct path_sample trace_look_path(const struct integrator *in, int x, int y, struct sampler *sampler,
-                                   const float u[2], struct look_record *record);
+/* A camera path whose first bounce has the direction that `u` warps to uniformly over the
+ * hemisphere; fills *record. */
+struct path_sample trace_look_path(const struct integrator *in, int x, int y,
+                                   struct sampler *sampler, const float u[2],
+                                   struct look_record *record);
 
 #endif

@@ -15,7 +15,8 @@ static struct vec3 corner(const struct mesh *mesh, uint32_t triangle, int i) {
 
 static float triangle_area(const struct mesh *mesh, uint32_t triangle) {
     struct vec3 p0 = corner(mesh, triangle, 0);
-    return 0.5f * length(cross(sub(corner(mesh, triangle, 1), p0), sub(corner(mesh, triangle, 2), p0)));
+    return 0.5f *
+           length(cross(sub(corner(mesh, triangle, 1), p0), sub(corner(mesh, triangle, 2), p0)));
 }
 
 /* Radius of a sphere around all vertices: what the environment's power is measured over. */
@@ -38,7 +39,8 @@ static size_t count_light_triangles(const struct fewray_scene *scene) {
     return n;
 }
 
-static void add_mesh(const struct fewray_scene *scene, uint32_t m, struct lights *lights, float *power) {
+static void add_mesh(const struct fewray_scene *scene, uint32_t m, struct lights *lights,
+                     float *power) {
     const struct mesh *mesh = &scene->meshes[m];
     lights->first_triangle[m] = (uint32_t)lights->triangle_count;
     for (uint32_t t = 0; t < mesh->triangle_count; t++) {
@@ -59,7 +61,8 @@ int lights_create(const struct fewray_scene *scene, const struct environment_tab
     if (!lights->triangles || !lights->cdf || !lights->first_triangle || !power) {
         free(power);
         lights_clear(lights);
-        return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for %zu emitting triangles", n);
+        return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
+                           "no memory for %zu emitting triangles", n);
     }
     for (int m = 0; m < scene->mesh_count; m++) {
         lights->first_triangle[m] = UINT32_MAX;
@@ -70,12 +73,14 @@ int lights_create(const struct fewray_scene *scene, const struct environment_tab
     double triangle_power = 0;
     for (size_t i = 0; i < n; i++)
         triangle_power += power[i];
-    /* A huge ground plane must not starve the lamps: the environment gets at most what the lamps get together. */
+    /* A huge ground plane must not starve the lamps: the environment gets at most what the lamps
+     * get together. */
     double sky = environment->power_density * 4 * PI_F * PI_F * radius * radius;
     power[n] = (float)(triangle_power > 0 && sky > triangle_power ? triangle_power : sky);
     double total = cdf_build(power, n + 1, lights->cdf);
     for (size_t i = 0; i < n && total > 0; i++) {
-        float area = triangle_area(&scene->meshes[lights->triangles[i].mesh], lights->triangles[i].triangle);
+        float area =
+            triangle_area(&scene->meshes[lights->triangles[i].mesh], lights->triangles[i].triangle);
         lights->triangles[i].pdf_area = area > 0 ? (float)(power[i] / total / area) : 0;
     }
     lights->environment_chance = total > 0 ? (float)(power[n] / total) : 0;
@@ -123,7 +128,8 @@ struct light_sample lights_sample(const struct fewray_world *world, struct vec3 
     /* Uniform over the triangle: Turk 1990. */
     float root = sqrtf(u[0]), b1 = 1 - root, b2 = u[1] * root;
     struct vec3 p0 = corner(mesh, light->triangle, 0);
-    struct vec3 e1 = sub(corner(mesh, light->triangle, 1), p0), e2 = sub(corner(mesh, light->triangle, 2), p0);
+    struct vec3 e1 = sub(corner(mesh, light->triangle, 1), p0),
+                e2 = sub(corner(mesh, light->triangle, 2), p0);
     struct light_sample s = {.position = add(p0, add(scale(e1, b1), scale(e2, b2)))};
     struct vec3 to = sub(s.position, from), normal = cross(e1, e2);
     float distance2 = dot(to, to), area2 = length(normal);

@@ -20,7 +20,8 @@ struct lights {
     struct light_triangle *triangles;
     float *cdf;               /* (triangle_count + 1 + 1): triangles, then the environment */
     float environment_chance; /* of picking the environment */
-    uint32_t *first_triangle; /* (mesh_count): index of a mesh's first emitting triangle, UINT32_MAX for none */
+    uint32_t *first_triangle; /* (mesh_count): index of a mesh's first emitting triangle, UINT32_MAX
+                                 for none */
 };
 
 /* A point that may light a surface. */
@@ -38,7 +39,8 @@ void lights_clear(struct lights *lights);
 
 struct light_sample lights_sample(const struct fewray_world *world, struct vec3 from, float pick,
                                   const float u[2]);
-/* Density (solid angle) with which lights_sample() would have drawn this hit of a ray from `from`. */
+/* Density (solid angle) with which lights_sample() would have drawn this hit of a ray from `from`.
+ */
 float lights_pdf_hit(const struct fewray_world *world, struct vec3 direction,
                      const struct surface *hit);
 float lights_pdf_environment(const struct fewray_world *world, struct vec3 direction);

@@ -13,7 +13,8 @@ struct rest_job {
     uint32_t seed;
 };
 
-static void rest_tile(void *user, int x0, int y0, int x1, int y1, struct fewray_render_stats *stats) {
+static void rest_tile(void *user, int x0, int y0, int x1, int y1,
+                      struct fewray_render_stats *stats) {
     struct rest_job *job = user;
     for (int y = y0; y < y1; y++)
         for (int x = x0; x < x1 && !is_cancelled(job->settings); x++) {
@@ -40,7 +41,8 @@ int fewray_trace_rest(const struct fewray_world *world, const struct fewray_maps
     int samples = settings->spp - (maps ? settings->initial : 0);
     if (samples <= 0)
         return FEWRAY_OK;
-    struct rest_job job = {settings, film_integrator(world, film, maps, settings), film, samples,
-                           hash_combine((uint32_t)settings->seed ^ STREAM_REST, (uint32_t)(settings->seed >> 32))};
+    struct rest_job job = {
+        settings, film_integrator(world, film, maps, settings), film, samples,
+        hash_combine((uint32_t)settings->seed ^ STREAM_REST, (uint32_t)(settings->seed >> 32))};
     return tiles_run(film->width, film->height, settings, "render", rest_tile, &job, stats, error);
 }

@@ -2,8 +2,9 @@
 #ifndef FEWRAY_GUIDE_SAMPLER_H
 #define FEWRAY_GUIDE_SAMPLER_H
 
-/* Owen-scrambled Sobol points, two dimensions at a time, decorrelated between pixels and between pairs of dimensions by
- * hashed shuffling (Burley 2020, "Practical Hash-based Owen Scrambling"; hash by Laine and Karras 2011). */
+/* Owen-scrambled Sobol points, two dimensions at a time, decorrelated between pixels and between
+ * pairs of dimensions by hashed shuffling (Burley 2020, "Practical Hash-based Owen Scrambling";
+ * hash by Laine and Karras 2011). */
 
 #include <stdint.h>
 
@@ -43,8 +44,8 @@ static inline uint32_t scramble_reversed(uint32_t x, uint32_t seed) {
     return x;
 }
 
-/* Second Sobol dimension, bit-reversed: its matrix is Pascal's triangle modulo 2, whose product is a sum over supersets of
- * bit positions (Lucas's theorem), done in five steps. */
+/* Second Sobol dimension, bit-reversed: its matrix is Pascal's triangle modulo 2, whose product is
+ * a sum over supersets of bit positions (Lucas's theorem), done in five steps. */
 static inline uint32_t sobol_second_reversed(uint32_t x) {
     x ^= (x >> 1) & 0x55555555u;
     x ^= (x >> 2) & 0x33333333u;

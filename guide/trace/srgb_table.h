@@ -2,7 +2,8 @@
 #ifndef FEWRAY_GUIDE_SRGB_TABLE_H
 #define FEWRAY_GUIDE_SRGB_TABLE_H
 
-/* Linear value of each sRGB-encoded byte (IEC 61966-2-1); a table because textures decode four texels a lookup. */
+/* Linear value of each sRGB-encoded byte (IEC 61966-2-1); a table because textures decode four
+ * texels a lookup. */
 /* clang-format off */
 static const float srgb_to_linear[256] = {
     0.00000000e+00f, 3.03526984e-04f, 6.07053967e-04f, 9.10580951e-04f, 1.21410793e-03f, 1.51763492e-03f, 1.82116190e-03f, 2.12468888e-03f,

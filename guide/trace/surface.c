@@ -20,8 +20,9 @@ static void fill_surface(const struct mesh *mesh, float u, float v, struct surfa
     out->geometric_normal = normalize(cross(sub(p1, p0), sub(p2, p0)));
     out->normal = out->geometric_normal;
     if (mesh->normals) {
-        struct vec3 n = interpolate(vertex(mesh->normals, corner[0]), vertex(mesh->normals, corner[1]),
-                                    vertex(mesh->normals, corner[2]), u, v);
+        struct vec3 n =
+            interpolate(vertex(mesh->normals, corner[0]), vertex(mesh->normals, corner[1]),
+                        vertex(mesh->normals, corner[2]), u, v);
         float l = length(n);
         if (l > 0)
             out->normal = scale(n, 1 / l);

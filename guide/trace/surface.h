@@ -11,15 +11,17 @@ struct surface {
     uint32_t mesh_index, triangle;
     float distance; /* along the ray, scene units */
     struct vec3 position;
-    struct vec3 geometric_normal, normal; /* unit, world space; normal is for shading; as the mesh has them, not turned */
-    float u, v;                           /* texture coordinates */
+    struct vec3 geometric_normal,
+        normal; /* unit, world space; normal is for shading; as the mesh has them, not turned */
+    float u, v; /* texture coordinates */
 };
 
 /* The nearest surface along a unit direction; false where there is none. */
 bool surface_trace(const struct fewray_world *world, struct vec3 origin, struct vec3 direction,
                    bool coherent, struct surface *out);
 
-/* Start of a ray that leaves p towards `towards`, off the surface by an epsilon of the position's size. */
+/* Start of a ray that leaves p towards `towards`, off the surface by an epsilon of the position's
+ * size. */
 static inline struct vec3 offset_origin(struct vec3 p, struct vec3 geometric_normal,
                                         struct vec3 towards) {
     float size = fmaxf(fabsf(p.x), fmaxf(fabsf(p.y), fabsf(p.z)));

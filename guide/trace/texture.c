@@ -14,7 +14,8 @@ static struct vec3 texel(const struct texture *t, int x, int y) {
         if (image->floats)
             c[i] = image->floats[k];
         else
-            c[i] = t->srgb ? srgb_to_linear[image->bytes[k]] : (float)image->bytes[k] * (1.0f / 255);
+            c[i] =
+                t->srgb ? srgb_to_linear[image->bytes[k]] : (float)image->bytes[k] * (1.0f / 255);
     }
     return vec(c[0], c[1], c[2]);
 }

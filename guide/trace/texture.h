@@ -4,7 +4,8 @@
 
 #include "guide/scene/scene.h"
 
-/* Linear RGB at a surface's uv; bitmaps repeat and, as in Mitsuba, v = 0 is the picture's top row. */
+/* Linear RGB at a surface's uv; bitmaps repeat and, as in Mitsuba, v = 0 is the picture's top row.
+ */
 struct vec3 texture_value(const struct texture *texture, float u, float v);
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tiles over OpenMP threads. Every pixel's result depends on its own coordinates only, never on the schedule. */
+/* Tiles over OpenMP threads. Every pixel's result depends on its own coordinates only, never on the
+ * schedule. */
 
 #include "guide/trace/tiles.h"
 
@@ -17,8 +18,8 @@ static int min_int(int a, int b) {
     return a < b ? a : b;
 }
 
-int tiles_run(int width, int height, const struct fewray_render_settings *settings, const char *phase,
-              tile_function work, void *user, struct fewray_render_stats *stats,
+int tiles_run(int width, int height, const struct fewray_render_settings *settings,
+              const char *phase, tile_function work, void *user, struct fewray_render_stats *stats,
               struct fewray_error *error) {
     int columns = (width + TILE_SIZE - 1) / TILE_SIZE, rows = (height + TILE_SIZE - 1) / TILE_SIZE;
     int tiles = columns * rows, done = 0;

@@ -12,12 +12,15 @@ static inline bool is_cancelled(const struct fewray_render_settings *settings) {
     return settings->cancel && *settings->cancel;
 }
 
-/* What one tile of pixels x0 <= x < x1, y0 <= y < y1 does; counts go to *stats, which no other tile touches. */
-typedef void (*tile_function)(void *user, int x0, int y0, int x1, int y1, struct fewray_render_stats *stats);
+/* What one tile of pixels x0 <= x < x1, y0 <= y < y1 does; counts go to *stats, which no other tile
+ * touches. */
+typedef void (*tile_function)(void *user, int x0, int y0, int x1, int y1,
+                              struct fewray_render_stats *stats);
 
-/* Calls `work` for each tile; adds the counts to *stats. FEWRAY_ERROR_CANCELLED where settings->cancel stopped it. */
-int tiles_run(int width, int height, const struct fewray_render_settings *settings, const char *phase,
-              tile_function work, void *user, struct fewray_render_stats *stats,
+/* Calls `work` for each tile; adds the counts to *stats. FEWRAY_ERROR_CANCELLED where
+ * settings->cancel stopped it. */
+int tiles_run(int width, int height, const struct fewray_render_settings *settings,
+              const char *phase, tile_function work, void *user, struct fewray_render_stats *stats,
               struct fewray_error *error);
 
 #endif

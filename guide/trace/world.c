@@ -8,10 +8,10 @@
 
 static void attach_mesh(RTCDevice device, RTCScene scene, const struct mesh *mesh, unsigned id) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh->positions, 0,
-                               3 * sizeof(float), mesh->vertex_count);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh->indices, 0,
-                               3 * sizeof(uint32_t), mesh->triangle_count);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                               mesh->positions, 0, 3 * sizeof(float), mesh->vertex_count);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh->indices,
+                               0, 3 * sizeof(uint32_t), mesh->triangle_count);
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(scene, geometry, id);
     rtcReleaseGeometry(geometry);
@@ -30,7 +30,8 @@ int fewray_world_create(const struct fewray_scene *scene, int threads, struct fe
     if (!world->device) {
         fewray_world_destroy(&world);
         return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, NULL, 0,
-                           "Embree can't start on this machine (error %d)", rtcGetDeviceError(NULL));
+                           "Embree can't start on this machine (error %d)",
+                           rtcGetDeviceError(NULL));
     }
     world->embree = rtcNewScene(world->device);
     rtcSetSceneBuildQuality(world->embree, RTC_BUILD_QUALITY_MEDIUM);
@@ -42,9 +43,9 @@ int fewray_world_create(const struct fewray_scene *scene, int threads, struct fe
     enum RTCError failure = rtcGetDeviceError(world->device);
     int status = FEWRAY_OK;
     if (failure != RTC_ERROR_NONE)
-        status = fewray_fail(error,
-                             failure == RTC_ERROR_OUT_OF_MEMORY ? FEWRAY_ERROR_MEMORY : FEWRAY_ERROR_FORMAT,
-                             scene->path, 0, "Embree can't build the scene (error %d)", (int)failure);
+        status = fewray_fail(
+            error, failure == RTC_ERROR_OUT_OF_MEMORY ? FEWRAY_ERROR_MEMORY : FEWRAY_ERROR_FORMAT,
+            scene->path, 0, "Embree can't build the scene (error %d)", (int)failure);
     if (!status)
         status = environment_table_create(&scene->environment, &world->environment, error);
     if (!status)

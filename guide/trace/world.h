@@ -2,7 +2,8 @@
 #ifndef FEWRAY_GUIDE_WORLD_H
 #define FEWRAY_GUIDE_WORLD_H
 
-/* A scene made ready for tracing: Embree's acceleration structure, light tables, environment tables. */
+/* A scene made ready for tracing: Embree's acceleration structure, light tables, environment
+ * tables. */
 
 #include "guide/scene/scene.h"
 #include "guide/trace/embree.h"

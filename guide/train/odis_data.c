@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* fewray-odis-data: training maps for the guide. For random grid points of each scene it writes what the network gets
- * (made by the shipped gather code) and the truth, traced with many samples in every bin (paper, section 4.3).
+/* fewray-odis-data: training maps for the guide. For random grid points of each scene it writes
+ * what the network gets (made by the shipped gather code) and the truth, traced with many samples
+ * in every bin (paper, section 4.3).
  *
- *     fewray-odis-data -o FILE [--maps N] [--samples N] [--seed S] [--width W] [--initial N] SCENE.xml...
+ *     fewray-odis-data -o FILE [--maps N] [--samples N] [--seed S] [--width W] [--initial N]
+ * SCENE.xml...
  *
- * FILE: "ODISDATA", uint32 version, uint32 bytes a record, then records: uint32 scene, x, y, look samples a pixel; half floats
- * planes (10, 32, 32), mask, cosine, fill (each 32, 32); floats mean radiance (32, 32) and root of the second moment
- * (32, 32), both divided by the gathered scale. */
+ * FILE: "ODISDATA", uint32 version, uint32 bytes a record, then records: uint32 scene, x, y, look
+ * samples a pixel; half floats planes (10, 32, 32), mask, cosine, fill (each 32, 32); floats mean
+ * radiance (32, 32) and root of the second moment (32, 32), both divided by the gathered scale. */
 
 #include <getopt.h>
 #include <omp.h>
@@ -36,18 +38,20 @@ static void to_half(const float *from, _Float16 *to) {
         to[b] = (_Float16)fminf(fmaxf(from[b], -60000), 60000);
 }
 
-/* The truth of one bin: uniform directions within it, each with one estimate of the radiance that arrives. */
-static void trace_bin(const struct integrator *in, const struct gathered *g, int bin, int samples, uint32_t seed,
-                      float target[2][SPHERE_BINS]) {
+/* The truth of one bin: uniform directions within it, each with one estimate of the radiance that
+ * arrives. */
+static void trace_bin(const struct integrator *in, const struct gathered *g, int bin, int samples,
+                      uint32_t seed, float target[2][SPHERE_BINS]) {
     double mean = 0, moment = 0;
     int used = 0;
     for (int s = 0; s < samples; s++) {
         struct sampler sampler = sampler_start(hash_combine(seed, (uint32_t)bin), (uint32_t)s);
         float u[2];
         sampler_2d(&sampler, u);
-        struct vec3 direction = sphere_direction(bin / SPHERE_COLUMNS, bin % SPHERE_COLUMNS, u[0], u[1]);
-        struct incident i = trace_incident(in, &sampler, g->position, g->normal, direction, 0.5f / PI_F, 1,
-                                           vec(1, 1, 1));
+        struct vec3 direction =
+            sphere_direction(bin / SPHERE_COLUMNS, bin % SPHERE_COLUMNS, u[0], u[1]);
+        struct incident i = trace_incident(in, &sampler, g->position, g->normal, direction,
+                                           0.5f / PI_F, 1, vec(1, 1, 1));
         float full = mean_component(i.full), weighted = mean_component(i.radiance);
         if (!isfinite(full) || !isfinite(weighted))
             continue;
@@ -61,8 +65,8 @@ static void trace_bin(const struct integrator *in, const struct gathered *g, int
     }
 }
 
-static void make_record(const struct integrator *in, const struct gathered *g, const struct options *o,
-                        uint32_t seed, struct record *record) {
+static void make_record(const struct integrator *in, const struct gathered *g,
+                        const struct options *o, uint32_t seed, struct record *record) {
     for (int p = 0; p < GATHER_PLANES; p++)
         to_half(g->planes[p], record->input[p]);
     to_half(g->mask, record->input[GATHER_PLANES]);
@@ -76,9 +80,9 @@ static void make_record(const struct integrator *in, const struct gathered *g, c
 }
 
 /* Writes up to o->maps records of random grid points; returns their number. */
-static int write_maps(const struct fewray_world *world, const struct fewray_look *look, const struct fewray_film *film,
-                      const struct fewray_render_settings *settings, const struct options *o, uint32_t scene,
-                      FILE *file) {
+static int write_maps(const struct fewray_world *world, const struct fewray_look *look,
+                      const struct fewray_film *film, const struct fewray_render_settings *settings,
+                      const struct options *o, uint32_t scene, FILE *file) {
     struct integrator in = film_integrator(world, film, NULL, settings);
     int written = 0;
 #pragma omp parallel for schedule(dynamic)
@@ -133,19 +137,32 @@ static int make_scene(const char *path, uint32_t index, const struct options *o,
 }
 
 static int parse(int argc, char **argv, struct options *o) {
-    static const struct option names[] = {{"maps", 1, NULL, 'm'},  {"samples", 1, NULL, 's'},
-                                          {"seed", 1, NULL, 'r'},  {"width", 1, NULL, 'w'},
+    static const struct option names[] = {{"maps", 1, NULL, 'm'},    {"samples", 1, NULL, 's'},
+                                          {"seed", 1, NULL, 'r'},    {"width", 1, NULL, 'w'},
                                           {"initial", 1, NULL, 'i'}, {NULL, 0, NULL, 0}};
     *o = (struct options){.maps = 100, .samples = 16, .width = 0, .initial = 1, .seed = 1};
     for (int c; (c = getopt_long(argc, argv, "o:", names, NULL)) != -1;) {
         switch (c) {
-        case 'o': o->output = optarg; break;
-        case 'm': o->maps = atoi(optarg); break;
-        case 's': o->samples = atoi(optarg); break;
-        case 'r': o->seed = (uint32_t)atoi(optarg); break;
-        case 'w': o->width = atoi(optarg); break;
-        case 'i': o->initial = atoi(optarg); break;
-        default: return -1;
+        case 'o':
+            o->output = optarg;
+            break;
+        case 'm':
+            o->maps = atoi(optarg);
+            break;
+        case 's':
+            o->samples = atoi(optarg);
+            break;
+        case 'r':
+            o->seed = (uint32_t)atoi(optarg);
+            break;
+        case 'w':
+            o->width = atoi(optarg);
+            break;
+        case 'i':
+            o->initial = atoi(optarg);
+            break;
+        default:
+            return -1;
         }
     }
     return o->output && optind < argc && o->maps > 0 && o->samples > 0 && o->initial > 0 ? 0 : -1;
@@ -154,8 +171,11 @@ static int parse(int argc, char **argv, struct options *o) {
 int main(int argc, char **argv) {
     struct options o;
     if (parse(argc, argv, &o)) {
-        fprintf(stderr, "usage: %s -o FILE [--maps N] [--samples N] [--seed S] [--width PIXELS] [--initial SPP] "
-                        "SCENE.xml...\n", argv[0]);
+        fprintf(stderr,
+                "usage: %s -o FILE [--maps N] [--samples N] [--seed S] [--width PIXELS] [--initial "
+                "SPP] "
+                "SCENE.xml...\n",
+                argv[0]);
         return 2;
     }
     FILE *file = fopen(o.output, "wb");

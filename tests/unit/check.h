@@ -22,9 +22,10 @@
                      near_tolerance);                                                              \
     } while (0)
 
-/* Pearson's statistic of observed counts against expected ones; cells that expect fewer than 5 are pooled. *degrees
- * gets the degrees of freedom. */
-static inline double chi_square(const double *observed, const double *expected, int cells, int *degrees) {
+/* Pearson's statistic of observed counts against expected ones; cells that expect fewer than 5 are
+ * pooled. *degrees gets the degrees of freedom. */
+static inline double chi_square(const double *observed, const double *expected, int cells,
+                                int *degrees) {
     double sum = 0, pooled_observed = 0, pooled_expected = 0;
     *degrees = -1;
     for (int i = 0; i < cells; i++) {
@@ -37,13 +38,15 @@ static inline double chi_square(const double *observed, const double *expected, 
         ++*degrees;
     }
     if (pooled_expected >= 5) {
-        sum += (pooled_observed - pooled_expected) * (pooled_observed - pooled_expected) / pooled_expected;
+        sum += (pooled_observed - pooled_expected) * (pooled_observed - pooled_expected) /
+               pooled_expected;
         ++*degrees;
     }
     return sum;
 }
 
-/* The value that chi-square of so many degrees stays below with probability 1 - 1e-5 (Wilson and Hilferty 1931). */
+/* The value that chi-square of so many degrees stays below with probability 1 - 1e-5 (Wilson and
+ * Hilferty 1931). */
 static inline double chi_square_limit(int degrees) {
     double k = 2.0 / (9.0 * degrees), z = 4.265;
     double c = 1 - k + z * sqrt(k);

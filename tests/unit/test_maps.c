@@ -39,7 +39,8 @@ static void test_mixture_samples_follow_pdf(void **state) {
     }
     assert_near(total, 1, 1e-4);
     for (int i = 0; i < n; i++) {
-        float u[2] = {to_unit_float(hash_combine(3, (uint32_t)i)), to_unit_float(hash_combine(4, (uint32_t)i))};
+        float u[2] = {to_unit_float(hash_combine(3, (uint32_t)i)),
+                      to_unit_float(hash_combine(4, (uint32_t)i))};
         struct vec3 d = map_mixture_sample(&mixture, u);
         assert_near(length(d), 1, 1e-4);
         assert_true(map_mixture_pdf(&mixture, d) > 0);
@@ -113,11 +114,17 @@ static void test_gather_finds_the_light(void **state) {
     static struct look_record records[N * N];
     struct fewray_look look = {N, N, 1, records};
     for (int i = 0; i < N * N; i++) {
-        struct vec3 d = sphere_direction((int)(hash_u32((uint32_t)i) % 16), (int)(hash_u32((uint32_t)i + 999) % 32), 0.5f, 0.5f);
+        struct vec3 d = sphere_direction((int)(hash_u32((uint32_t)i) % 16),
+                                         (int)(hash_u32((uint32_t)i + 999) % 32), 0.5f, 0.5f);
         bool lit = sphere_bin(d) == 5 * SPHERE_COLUMNS + 3;
-        records[i] = (struct look_record){.position = vec((float)(i % N), 0, (float)(i / N)), .normal = vec(0, 1, 0),
-                                          .depth = 2, .direction = d, .radiance = lit ? vec(3, 2, 1) : vec(0, 0, 0),
-                                          .weighted = lit ? 2 : 0, .distance = 1, .second_normal = negate(d)};
+        records[i] = (struct look_record){.position = vec((float)(i % N), 0, (float)(i / N)),
+                                          .normal = vec(0, 1, 0),
+                                          .depth = 2,
+                                          .direction = d,
+                                          .radiance = lit ? vec(3, 2, 1) : vec(0, 0, 0),
+                                          .weighted = lit ? 2 : 0,
+                                          .distance = 1,
+                                          .second_normal = negate(d)};
     }
     static struct gathered g;
     gather(&look, 12, 12, &g);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The guide's network in C against PyTorch's outputs for stored inputs (guide/train/export.py --reference). */
+/* The guide's network in C against PyTorch's outputs for stored inputs (guide/train/export.py
+ * --reference). */
 
 #include "tests/unit/check.h"
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Whole renders through the public API: known answers, the guide's unbiasedness, and the same bits on any threads. */
+/* Whole renders through the public API: known answers, the guide's unbiasedness, and the same bits
+ * on any threads. */
 
 #include "tests/unit/check.h"
 
@@ -9,7 +10,8 @@
 
 #include "guide/guide.h"
 
-static struct fewray_frame *render_scene(const char *path, const struct fewray_render_settings *settings, bool guided,
+static struct fewray_frame *render_scene(const char *path,
+                                         const struct fewray_render_settings *settings, bool guided,
                                          struct fewray_render_stats *stats) {
     struct fewray_scene *scene = NULL;
     struct fewray_world *world = NULL;
@@ -58,7 +60,8 @@ static double plane_mean(const struct fewray_frame *frame, const char *name) {
 }
 
 /* Mean radiance over several seeds and its standard error. */
-static void mean_of_seeds(const char *path, bool guided, int spp, int seeds, double *mean, double *error) {
+static void mean_of_seeds(const char *path, bool guided, int spp, int seeds, double *mean,
+                          double *error) {
     double sum = 0, squares = 0;
     for (int k = 0; k < seeds; k++) {
         struct fewray_render_settings s = small(spp, 100 + (uint64_t)k);
@@ -77,13 +80,16 @@ static void mean_of_seeds(const char *path, bool guided, int spp, int seeds, dou
 
 static void test_guided_mean_equals_unguided_mean(void **state) {
     (void)state;
-    const char *scenes[] = {EXAMPLES "/cornell-box.xml", EXAMPLES "/door-ajar.xml", EXAMPLES "/window-room.xml"};
+    const char *scenes[] = {EXAMPLES "/cornell-box.xml", EXAMPLES "/door-ajar.xml",
+                            EXAMPLES "/window-room.xml"};
     for (int i = 0; i < 3; i++) {
         double plain, guided, plain_error, guided_error;
         mean_of_seeds(scenes[i], false, 64, 10, &plain, &plain_error);
         mean_of_seeds(scenes[i], true, 16, 10, &guided, &guided_error);
-        /* 4 standard errors: wrong once in 10,000 renders of a right program; the seeds are fixed. */
-        assert_near(guided, plain, 4 * sqrt(plain_error * plain_error + guided_error * guided_error));
+        /* 4 standard errors: wrong once in 10,000 renders of a right program; the seeds are fixed.
+         */
+        assert_near(guided, plain,
+                    4 * sqrt(plain_error * plain_error + guided_error * guided_error));
         assert_true(guided_error < 0.05 * guided);
     }
 }
@@ -104,16 +110,22 @@ static void test_same_bits_on_any_number_of_threads(void **state) {
 }
 
 static const char furnace[] =
-    "<scene version='3.0.0'><integrator type='path'><integer name='max_depth' value='-1'/></integrator>"
-    "<sensor type='perspective'><float name='fov' value='40'/><transform name='to_world'><lookat origin='0,0,4' "
-    "target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'><integer name='width' value='64'/><integer name='height' "
+    "<scene version='3.0.0'><integrator type='path'><integer name='max_depth' "
+    "value='-1'/></integrator>"
+    "<sensor type='perspective'><float name='fov' value='40'/><transform name='to_world'><lookat "
+    "origin='0,0,4' "
+    "target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'><integer name='width' "
+    "value='64'/><integer name='height' "
     "value='48'/><rfilter type='box'/></film></sensor>"
-    "<shape type='sphere'><bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='1,1,1'/></bsdf></bsdf>"
-    "</shape><shape type='rectangle'><transform name='to_world'><scale value='9'/><translate z='-2'/></transform>"
+    "<shape type='sphere'><bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' "
+    "value='1,1,1'/></bsdf></bsdf>"
+    "</shape><shape type='rectangle'><transform name='to_world'><scale value='9'/><translate "
+    "z='-2'/></transform>"
     "<bsdf type='diffuse'><rgb name='reflectance' value='1,1,1'/></bsdf></shape>"
     "<emitter type='constant'><rgb name='radiance' value='0.5,0.5,0.5'/></emitter></scene>";
 
-/* White surfaces under an even sky are exactly as bright as the sky, in the open and between them. */
+/* White surfaces under an even sky are exactly as bright as the sky, in the open and between them.
+ */
 static void test_white_furnace(void **state) {
     (void)state;
     char path[] = "/tmp/fewray-furnace-XXXXXX";
@@ -145,8 +157,10 @@ static void test_variance_layer_tells_the_spread_of_seeds(void **state) {
         for (int k = 0; k < SEEDS; k++) {
             struct fewray_render_settings s = small(16, 40 + (uint64_t)k);
             struct fewray_render_stats stats = {0};
-            struct fewray_frame *frame = render_scene(EXAMPLES "/cornell-box.xml", &s, guided, &stats);
-            const float *g = fewray_frame_plane(frame, "G"), *v = fewray_frame_plane(frame, "variance.G");
+            struct fewray_frame *frame =
+                render_scene(EXAMPLES "/cornell-box.xml", &s, guided, &stats);
+            const float *g = fewray_frame_plane(frame, "G"),
+                        *v = fewray_frame_plane(frame, "variance.G");
             const float *emission = fewray_frame_plane(frame, "emission.G");
             for (int i = 0; i < PIXELS; i++) {
                 lamp[i] |= emission[i] > 0;
@@ -156,8 +170,8 @@ static void test_variance_layer_tells_the_spread_of_seeds(void **state) {
             }
             fewray_frame_destroy(&frame);
         }
-        /* Sobol points converge faster than the independent samples that the layer assumes: it may be too high, and is by far
-         * at the lamp's edges, which are left out. */
+        /* Sobol points converge faster than the independent samples that the layer assumes: it may
+         * be too high, and is by far at the lamp's edges, which are left out. */
         double told_sum = 0, measured = 0;
         for (int i = 0; i < PIXELS; i++)
             if (!lamp[i]) {

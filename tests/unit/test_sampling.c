@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sample points, directions and their densities: each density integrates to 1 and the samples follow it. */
+/* Sample points, directions and their densities: each density integrates to 1 and the samples
+ * follow it. */
 
 #include "tests/unit/check.h"
 
@@ -56,30 +57,36 @@ static void test_cdf_follows_weights(void **state) {
 
 typedef struct vec3 (*direction_sampler)(const struct environment_table *, const float *, float *);
 
-static struct vec3 lambert_sample(const struct environment_table *unused, const float u[2], float *pdf) {
+static struct vec3 lambert_sample(const struct environment_table *unused, const float u[2],
+                                  float *pdf) {
     (void)unused;
-    struct shading s = {.normal = normalize(vec(0.3f, 0.8f, -0.5f)), .albedo = vec(1, 1, 1), .scatters = true};
+    struct shading s = {
+        .normal = normalize(vec(0.3f, 0.8f, -0.5f)), .albedo = vec(1, 1, 1), .scatters = true};
     struct vec3 d = bsdf_sample(&s, u);
     *pdf = bsdf_pdf(&s, d);
     return d;
 }
 
 static float lambert_pdf(struct vec3 d) {
-    struct shading s = {.normal = normalize(vec(0.3f, 0.8f, -0.5f)), .albedo = vec(1, 1, 1), .scatters = true};
+    struct shading s = {
+        .normal = normalize(vec(0.3f, 0.8f, -0.5f)), .albedo = vec(1, 1, 1), .scatters = true};
     return bsdf_pdf(&s, d);
 }
 
 /* Integrates a density over each bin of the sphere and compares with where 2^18 samples fall. */
-static void check_directions(direction_sampler sample, const struct environment_table *table, bool lambert) {
+static void check_directions(direction_sampler sample, const struct environment_table *table,
+                             bool lambert) {
     static double observed[SPHERE_BINS], expected[SPHERE_BINS];
     const int n = 1 << 18;
     double total = 0;
     for (int b = 0; b < SPHERE_BINS; b++) {
         observed[b] = expected[b] = 0;
         for (int k = 0; k < 1024; k++) {
-            struct vec3 d = sphere_direction(b / SPHERE_COLUMNS, b % SPHERE_COLUMNS, ((float)(k / 32) + 0.5f) / 32,
-                                             ((float)(k % 32) + 0.5f) / 32);
-            expected[b] += (lambert ? lambert_pdf(d) : environment_pdf(table, d)) * SPHERE_BIN_SOLID_ANGLE / 1024;
+            struct vec3 d =
+                sphere_direction(b / SPHERE_COLUMNS, b % SPHERE_COLUMNS,
+                                 ((float)(k / 32) + 0.5f) / 32, ((float)(k % 32) + 0.5f) / 32);
+            expected[b] += (lambert ? lambert_pdf(d) : environment_pdf(table, d)) *
+                           SPHERE_BIN_SOLID_ANGLE / 1024;
         }
         total += expected[b];
         expected[b] *= n;
@@ -88,7 +95,9 @@ static void check_directions(direction_sampler sample, const struct environment_
     int other_cell = 0; /* rounding may put a direction on a cell's border into the next one */
     for (int i = 0; i < n; i++) {
         /* Plain pseudo-random numbers: the statistic is for independent samples. */
-        float u[2] = {to_unit_float(hash_combine(1, (uint32_t)i)), to_unit_float(hash_combine(2, (uint32_t)i))}, pdf;
+        float u[2] = {to_unit_float(hash_combine(1, (uint32_t)i)),
+                      to_unit_float(hash_combine(2, (uint32_t)i))},
+              pdf;
         struct vec3 d = sample(table, u, &pdf);
         assert_near(length(d), 1, 1e-4);
         if (!lambert)
@@ -121,9 +130,13 @@ static void test_environment_map_samples_follow_pdf(void **state) {
     enum { W = 32, H = 32 };
     float pixels[W * H * 3];
     for (int i = 0; i < W * H; i++)
-        pixels[3 * i] = pixels[3 * i + 1] = pixels[3 * i + 2] = 0.1f + (float)(i % W == 7 && i / W == 9) * 30;
+        pixels[3 * i] = pixels[3 * i + 1] = pixels[3 * i + 2] =
+            0.1f + (float)(i % W == 7 && i / W == 9) * 30;
     struct fewray_image image = {W, H, 3, NULL, pixels};
-    struct environment e = {.kind = ENVIRONMENT_MAP, .image = &image, .scale = 1, .to_local = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+    struct environment e = {.kind = ENVIRONMENT_MAP,
+                            .image = &image,
+                            .scale = 1,
+                            .to_local = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
     struct environment_table table;
     assert_int_equal(environment_table_create(&e, &table, NULL), 0);
     check_directions(environment_sample, &table, false);
@@ -134,7 +147,8 @@ static void test_sphere_bins_hold_their_directions(void **state) {
     (void)state;
     for (int b = 0; b < SPHERE_BINS; b++)
         for (int k = 0; k < 16; k++) {
-            struct vec3 d = sphere_direction(b / SPHERE_COLUMNS, b % SPHERE_COLUMNS, 0.01f + 0.98f * (float)(k / 4) / 3,
+            struct vec3 d = sphere_direction(b / SPHERE_COLUMNS, b % SPHERE_COLUMNS,
+                                             0.01f + 0.98f * (float)(k / 4) / 3,
                                              0.01f + 0.98f * (float)(k % 4) / 3);
             assert_int_equal(sphere_bin(d), b);
         }
@@ -145,7 +159,8 @@ static void test_power_heuristic_sums_to_one(void **state) {
     const float pdfs[] = {1e-20f, 1e-6f, 0.3f, 1, 7, 1e10f, 1e30f};
     for (int i = 0; i < 7; i++)
         for (int k = 0; k < 7; k++)
-            assert_near(power_heuristic(pdfs[i], pdfs[k]) + power_heuristic(pdfs[k], pdfs[i]), 1, 1e-6);
+            assert_near(power_heuristic(pdfs[i], pdfs[k]) + power_heuristic(pdfs[k], pdfs[i]), 1,
+                        1e-6);
     assert_near(power_heuristic(0, 1), 0, 0);
     assert_near(power_heuristic(1, 0), 1, 0);
 }
