@@ -11,6 +11,7 @@ import torch
 import ops
 
 DROPOUT = {ops.EMISSION: 0.1, ops.VARIANCE: 0.12, ops.ALBEDO: 0.08, ops.NORMAL: 0.08, ops.DEPTH: 0.15}
+COLOR_ALONE = 0.06  # share of crops without any other layer
 ALL_LAYERS = ops.EMISSION | ops.VARIANCE | ops.ALBEDO | ops.NORMAL | ops.DEPTH
 HALVES = np.arange(65536, dtype=np.uint16).view(np.float16).astype(np.float32)
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
@@ -86,6 +87,8 @@ def crop(rng, view, size):
     ref = floats(view.ref[y:y + size, x:x + size])
 
     layers = sum(bit for bit, chance in DROPOUT.items() if rng.random() >= chance)
+    if rng.random() < COLOR_ALONE:
+        layers = 0
     exposure, log2_depth = view.scale(i, layers)
     if rng.random() < 0.5:
         record, ref = record.transpose(1, 0, 2), ref.transpose(1, 0, 2)
