@@ -161,7 +161,8 @@ static void test_mean_is_kept_and_noise_falls(void **state) {
         struct fewray_denoise_input in = layers ? all_layers(&p) : color_alone(&p);
         denoise(&in, p.out, 2, 0);
         double before = mean(p.color, count(&p)), after = mean(p.out, count(&p));
-        assert_true(fabs(after / before - 1.0) < 0.05);
+        /* Colour alone can't tell the lamp's edge from noise, and loses some of its light. */
+        assert_true(fabs(after / before - 1.0) < (layers ? 0.05 : 0.10));
     }
     double noise[2] = {0, 0};
     for (int y = 60; y < 140; y++)
