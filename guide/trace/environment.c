@@ -85,11 +85,11 @@ int environment_table_create(const struct environment *e, struct environment_tab
     size_t cells = (size_t)w * (size_t)h;
     t->row_cdf = malloc(((size_t)h + 1) * sizeof(float));
     t->column_cdf = malloc((cells + (size_t)h) * sizeof(float));
-    t->density = malloc(cells * sizeof(float));
     t->cuts = w / 4 + 1;
     t->column_cut = malloc((size_t)h * (size_t)t->cuts * sizeof(*t->column_cut));
-    float *rows = malloc((size_t)h * sizeof(float));
-    if (!t->row_cdf || !t->column_cdf || !t->column_cut || !t->density || !rows) {
+    float *luminances = malloc(cells * sizeof(float)), *rows = malloc((size_t)h * sizeof(float));
+    if (!t->row_cdf || !t->column_cdf || !t->column_cut || !luminances || !rows) {
+        free(luminances);
         free(rows);
         environment_table_clear(t);
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
@@ -98,7 +98,7 @@ int environment_table_create(const struct environment *e, struct environment_tab
 #pragma omp parallel for schedule(static)
     for (int y = 0; y < h; y++) {
         float sin_theta = sinf(PI_F * ((float)y + 0.5f) / (float)h);
-        float *row = t->density + (size_t)y * (size_t)w;
+        float *row = luminances + (size_t)y * (size_t)w;
         for (int x = 0; x < w; x++)
             row[x] = cell_luminance(e, x, y, w, h) * sin_theta;
         float *cdf = t->column_cdf + (size_t)y * ((size_t)w + 1);
@@ -107,11 +107,9 @@ int environment_table_create(const struct environment *e, struct environment_tab
     }
     double total = cdf_build(rows, (size_t)h, t->row_cdf);
     free(rows);
+    free(luminances);
     /* Mean over the sphere: the integral of f sin(theta) over (u, v) times 2 pi^2 / 4 pi. */
     t->power_density = total / (double)cells * (PI_F / 2);
-    double scale_to_pdf = total > 0 ? (double)cells / total : 0;
-    for (size_t i = 0; i < cells; i++)
-        t->density[i] = (float)(t->density[i] * scale_to_pdf);
     return FEWRAY_OK;
 }
 
@@ -119,8 +117,16 @@ void environment_table_clear(struct environment_table *t) {
     free(t->row_cdf);
     free(t->column_cdf);
     free(t->column_cut);
-    free(t->density);
     *t = (struct environment_table){0};
+}
+
+/* Density (solid angle) of a cell from the very sums that draw it: no table of its own, so one
+ * place of memory less to read. */
+static float cell_pdf(const struct environment_table *t, size_t x, size_t y, float sin_theta) {
+    const float *column = t->column_cdf + y * ((size_t)t->width + 1) + x;
+    float chance = (t->row_cdf[y + 1] - t->row_cdf[y]) * (column[1] - column[0]);
+    float cells = (float)t->width * (float)t->height;
+    return sin_theta > 0 ? chance * cells / (2 * PI_F * PI_F * sin_theta) : 0;
 }
 
 struct vec3 environment_sample(const struct environment_table *t, const float u[2], float *pdf) {
@@ -134,9 +140,7 @@ struct vec3 environment_sample(const struct environment_table *t, const float u[
     size_t x = cdf_sample_cut(t->column_cdf + y * ((size_t)t->width + 1), (size_t)t->width,
                               t->column_cut + y * (size_t)t->cuts, (size_t)t->cuts, &b);
     float v = ((float)y + a) / (float)t->height;
-    float sin_theta = sinf(v * PI_F);
-    float density = t->density[y * (size_t)t->width + x];
-    *pdf = sin_theta > 0 ? density / (2 * PI_F * PI_F * sin_theta) : 0;
+    *pdf = cell_pdf(t, x, y, sinf(v * PI_F));
     return rotate_back(t->environment->to_local, from_uv(((float)x + b) / (float)t->width, v));
 }
 
@@ -150,8 +154,5 @@ float environment_pdf(const struct environment_table *t, struct vec3 direction) 
     int x = (int)(u * (float)t->width), y = (int)(v * (float)t->height);
     x = x < t->width ? x : t->width - 1;
     y = y < t->height ? y : t->height - 1;
-    float sin_theta = sinf(v * PI_F);
-    return sin_theta > 0 ? t->density[(size_t)y * (size_t)t->width + (size_t)x] /
-                               (2 * PI_F * PI_F * sin_theta)
-                         : 0;
+    return cell_pdf(t, (size_t)x, (size_t)y, sinf(v * PI_F));
 }

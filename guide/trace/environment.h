@@ -13,7 +13,6 @@ struct environment_table {
     float *column_cdf;    /* (height, width + 1) */
     uint32_t *column_cut; /* (height, cuts): see cdf_cut() */
     int cuts;
-    float *density;       /* (height, width): pdf over the unit square of (u, v) */
     double power_density; /* mean luminance over the sphere */
 };
 

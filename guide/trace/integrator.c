@@ -38,7 +38,12 @@ static struct vec3 direct_light(const struct fewray_world *world, const struct s
     if (!(light->pdf > 0))
         return vec(0, 0, 0);
     struct vec3 f = bsdf_times_cosine(s, light->direction);
-    return scale(mul(f, light->radiance), 1 / light->pdf);
+    if (is_black(f)) /* half of the sky is below a surface: spare the map's memory */
+        return f;
+    struct vec3 radiance = light->distant
+                               ? environment_radiance(&world->scene->environment, light->direction)
+                               : light->radiance;
+    return scale(mul(f, radiance), 1 / light->pdf);
 }
 
 static bool light_visible(const struct fewray_world *world, const struct shading *s,

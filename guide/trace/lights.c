@@ -99,8 +99,6 @@ static struct light_sample sample_environment(const struct fewray_world *world, 
     struct light_sample s = {.distant = true};
     s.direction = environment_sample(&world->environment, u, &s.pdf);
     s.pdf *= world->lights.environment_chance;
-    if (s.pdf > 0)
-        s.radiance = environment_radiance(&world->scene->environment, s.direction);
     return s;
 }
 

@@ -29,8 +29,9 @@ struct light_sample {
     struct vec3 direction; /* unit, towards the light */
     struct vec3 position;  /* on the light; unused where distant */
     bool distant;          /* the environment */
-    struct vec3 radiance;  /* that it sends here if nothing is between */
-    float pdf;             /* solid angle, the pick included; 0: no light arrives */
+    struct vec3
+        radiance; /* that it sends here if nothing is between; of the environment: not filled */
+    float pdf;    /* solid angle, the pick included; 0: no light arrives */
 };
 
 int lights_create(const struct fewray_scene *scene, const struct environment_table *environment,
