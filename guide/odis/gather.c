@@ -133,6 +133,22 @@ static void fill_holes(const struct bin_sums bins[SPHERE_BINS], struct gathered 
         out->fill[b] = logf(sqrtf(estimate[b]) / out->scale + FILL_FLOOR);
 }
 
+/* Cosine of each bin's centre to the normal, 0 below the horizon; a sine a column instead of one a
+ * bin. */
+static void fill_cosines(struct vec3 normal, float cosine[SPHERE_BINS]) {
+    float x[SPHERE_COLUMNS], z[SPHERE_COLUMNS];
+    for (int c = 0; c < SPHERE_COLUMNS; c++) {
+        float phi = ((float)c + 0.5f) * (2 * PI_F / SPHERE_COLUMNS);
+        x[c] = sinf(phi);
+        z[c] = cosf(phi);
+    }
+    for (int row = 0; row < SPHERE_ROWS; row++) {
+        float y = 1 - ((float)row + 0.5f) * (2.0f / SPHERE_ROWS), r = sqrtf(fmaxf(0, 1 - y * y));
+        for (int c = 0; c < SPHERE_COLUMNS; c++)
+            cosine[row * SPHERE_COLUMNS + c] = fmaxf(0, dot(normal, vec(r * x[c], y, r * z[c])));
+    }
+}
+
 void gather(const struct fewray_look *look, int x, int y, struct gathered *out) {
     memset(out, 0, sizeof(*out));
     float point_depth;
@@ -141,10 +157,9 @@ void gather(const struct fewray_look *look, int x, int y, struct gathered *out) 
     struct bin_sums bins[SPHERE_BINS] = {0};
     struct vec3 color = vec(0, 0, 0);
     bin_window(look, x, y, out, bins, &color);
+    fill_cosines(out->normal, out->cosine);
     float filled = 0, radiance = 0;
     for (int b = 0; b < SPHERE_BINS; b++) {
-        struct vec3 centre = sphere_direction(b / SPHERE_COLUMNS, b % SPHERE_COLUMNS, 0.5f, 0.5f);
-        out->cosine[b] = fmaxf(0, dot(out->normal, centre));
         if (bins[b].count > 0 && out->cosine[b] > 0) {
             filled += 1;
             radiance += bins[b].radiance / bins[b].count;

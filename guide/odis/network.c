@@ -168,6 +168,9 @@ static void split_output(const struct gathered *in, const struct nn_tensor *head
     for (int b = 0; b < SPHERE_BINS; b++) {
         int row = b / SPHERE_COLUMNS, column = b % SPHERE_COLUMNS;
         const float *o = nn_at(head, row / 2, column / 2) + row % 2 * 2 + column % 2;
+        wanted[b] = radiance[b] = 0;
+        if (!(in->cosine[b] > 0))
+            continue;
         radiance[b] = range_expand(fminf(fmaxf(o[4], 0), 4));
         wanted[b] = mean_maps ? radiance[b] : expf(in->fill[b] + o[0]);
     }

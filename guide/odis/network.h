@@ -29,8 +29,8 @@ void odis_network_destroy(struct odis_network **network);
 
 /* wanted: what a sampling map should be in proportion to, before the cosine: the root of the second
  * moment that a sample of a bin returns, or, for weights trained as in the paper (info "map":
- * "mean"), the mean radiance. radiance: mean radiance. Both relative to the gathered scale; what
- * lies below the horizon is meaningless. */
+ * "mean"), the mean radiance. radiance: mean radiance. Both relative to the gathered scale, and
+ * 0 below the horizon. */
 void odis_network_run(struct odis_network *network, const struct gathered *in,
                       float wanted[SPHERE_BINS], float radiance[SPHERE_BINS]);
 
