@@ -6,17 +6,22 @@
 
 #include "pipeline/pipeline.h"
 
-/* Sums over a block of one channel: of the differences and of both pictures' variances. */
-static void block_sums(const float *test, const float *reference, const float *variance,
-                       const float *stderr_, int width, int x0, int y0, int size,
-                       double *difference, double *expected) {
-    *difference = *expected = 0;
+/* Sums over a block of one channel: of both pictures, and of both pictures' variances. */
+struct sums {
+    double test, reference, variance;
+};
+
+static struct sums block_sums(const float *test, const float *reference, const float *variance,
+                              const float *stderr_, int width, int x0, int y0, int size) {
+    struct sums s = {0};
     for (int y = y0; y < y0 + size; y++)
         for (int x = x0; x < x0 + size; x++) {
             size_t i = (size_t)y * (size_t)width + (size_t)x;
-            *difference += (double)test[i] - reference[i];
-            *expected += (double)stderr_[i] * stderr_[i] + (variance ? variance[i] : 0);
+            s.test += test[i];
+            s.reference += reference[i];
+            s.variance += (double)stderr_[i] * stderr_[i] + (variance ? variance[i] : 0);
         }
+    return s;
 }
 
 static void add_score(struct fewray_block_scores *s, double z) {
@@ -43,6 +48,7 @@ int fewray_block_zscores(const struct fewray_frame *test, const struct fewray_fr
     if (test->width != reference->width || test->height != reference->height || block < 1)
         return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
                            "the pictures have different sizes");
+    double test_sum = 0, reference_sum = 0;
     for (int c = 0; c < 3; c++) {
         const float *x = fewray_frame_plane(test, channels[c]),
                     *r = fewray_frame_plane(reference, channels[c]);
@@ -53,16 +59,22 @@ int fewray_block_zscores(const struct fewray_frame *test, const struct fewray_fr
                 "block scores need R, G, B in both pictures and stderr.R/G/B in the reference");
         for (int y = 0; y + block <= test->height; y += block)
             for (int x0 = 0; x0 + block <= test->width; x0 += block) {
-                double difference, expected;
-                block_sums(x, r, variance[c], e, test->width, x0, y, block, &difference, &expected);
-                if (expected > 0)
-                    add_score(scores, difference / sqrt(expected));
+                struct sums s = block_sums(x, r, variance[c], e, test->width, x0, y, block);
+                double z = (s.test - s.reference) / sqrt(s.variance);
+                test_sum += s.test;
+                reference_sum += s.reference;
+                if (isfinite(z))
+                    add_score(scores, z);
             }
     }
-    if (scores->count) {
-        scores->mean /= scores->count;
-        scores->deviation =
-            sqrt(fmax(0, scores->deviation / scores->count - scores->mean * scores->mean));
-    }
+    if (!scores->count)
+        return fewray_fail(
+            error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
+            "no whole block of %d x %d pixels has a standard error; use smaller ones", block,
+            block);
+    double n = (double)scores->count;
+    scores->mean /= n;
+    scores->deviation = sqrt(fmax(0, scores->deviation / n - scores->mean * scores->mean));
+    scores->ratio_of_means = test_sum / reference_sum;
     return FEWRAY_OK;
 }

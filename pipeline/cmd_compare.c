@@ -51,6 +51,7 @@ static int print_metrics(const struct fewray_metrics *m, bool as_json) {
 }
 
 static void print_scores(const struct fewray_block_scores *s, int block) {
+    printf("ratio of means, test / reference: %.5f\n", s->ratio_of_means);
     printf(
         "z-scores of %d x %d pixel blocks: count %lld, mean %.3f, deviation %.3f, largest %.2f\n",
         block, block, s->count, s->mean, s->deviation, s->largest);

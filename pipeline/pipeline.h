@@ -87,6 +87,7 @@ FEWRAY_API int fewray_compare(const struct fewray_frame *test, const struct fewr
 struct fewray_block_scores {
     long long count;                        /* blocks times channels */
     double mean, deviation, largest;        /* of z; largest: |z| */
+    double ratio_of_means;                  /* radiance of the test / of the reference */
     long long beyond_2, beyond_3;           /* |z| > 2: 4.6 % expected; |z| > 3: 0.27 % */
     long long histogram[FEWRAY_SCORE_BINS]; /* z in steps of 1 from -5 to 5, the ends open */
 };

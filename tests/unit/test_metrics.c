@@ -96,12 +96,48 @@ static void test_other_sizes_and_bad_references_are_refused(void **state) {
     fewray_frame_destroy(&bad);
 }
 
+/* Adds errors of deviation 0.5 (uniform ones) and a constant bias; a stderr layer that tells 0.5.
+ */
+static struct fewray_frame *noisy_frame(double bias) {
+    struct fewray_frame *frame = make_frame(80, 80, 2);
+    static const char *const names[] = {"stderr.R", "stderr.G", "stderr.B", "R", "G", "B"};
+    uint32_t seed = 1;
+    for (int c = 0; c < 3; c++) {
+        float *told = fewray_frame_add(frame, names[c]),
+              *x = fewray_frame_plane(frame, names[3 + c]);
+        for (int i = 0; i < 80 * 80; i++) {
+            seed = seed * 1664525u + 1013904223u;
+            told[i] = 0.5f;
+            x[i] += (float)((seed / 4294967296.0 - 0.5) * sqrt(3) + bias);
+        }
+    }
+    return frame;
+}
+
+static void test_block_scores_tell_noise_from_bias(void **state) {
+    (void)state;
+    struct fewray_frame *flat = make_frame(80, 80, 2);
+    struct fewray_block_scores s;
+    struct fewray_frame *noise = noisy_frame(0), *biased = noisy_frame(0.1);
+    assert_int_equal(fewray_block_zscores(flat, noise, 4, &s, NULL), 0);
+    assert_int_equal(s.count, 3 * 20 * 20);
+    assert_true(fabs(s.mean) < 0.12 && s.deviation > 0.9 && s.deviation < 1.1);
+    assert_int_equal(fewray_block_zscores(flat, biased, 4, &s, NULL), 0);
+    assert_true(s.mean < -0.6 && s.ratio_of_means < 0.98);
+    assert_int_equal(fewray_block_zscores(flat, noise, 100, &s, NULL), FEWRAY_ERROR_ARGUMENT);
+    assert_int_equal(fewray_block_zscores(noise, flat, 4, &s, NULL), FEWRAY_ERROR_FORMAT);
+    fewray_frame_destroy(&flat);
+    fewray_frame_destroy(&noise);
+    fewray_frame_destroy(&biased);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_metrics_equal_independent_values),
         cmocka_unit_test(test_equal_pictures_have_no_error),
         cmocka_unit_test(test_pictures_below_the_ssim_window_have_no_ssim),
         cmocka_unit_test(test_other_sizes_and_bad_references_are_refused),
+        cmocka_unit_test(test_block_scores_tell_noise_from_bias),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
