@@ -117,8 +117,8 @@ FEWRAY_API int fewray_trace_rest(const struct fewray_world *world, const struct 
                                  struct fewray_film *film, struct fewray_render_stats *stats,
                                  struct fewray_error *error);
 
-/* Traces more camera rays where directly seen emission has edges; what they see replaces the
- * samples' own emission there, which stays unbiased. */
+/* With fewer than 32 samples a pixel: traces more camera rays where directly seen emission has
+ * edges; what they see replaces the samples' own emission there, which stays unbiased. */
 FEWRAY_API int fewray_trace_edges(const struct fewray_world *world,
                                   const struct fewray_render_settings *settings,
                                   struct fewray_film *film, struct fewray_render_stats *stats,

@@ -73,6 +73,8 @@ static void edge_tile(void *user, int x0, int y0, int x1, int y1,
 int fewray_trace_edges(const struct fewray_world *world,
                        const struct fewray_render_settings *settings, struct fewray_film *film,
                        struct fewray_render_stats *stats, struct fewray_error *error) {
+    if (settings->spp >= EDGE_RAYS) /* the samples themselves know the edges better */
+        return FEWRAY_OK;
     struct edge_job job = {
         settings, film_integrator(world, film, NULL, settings), film,
         hash_combine((uint32_t)settings->seed ^ STREAM_EDGE, (uint32_t)(settings->seed >> 32))};
