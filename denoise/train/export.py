@@ -3,10 +3,6 @@
 """Writes a checkpoint's averaged weights as the file that denoise/nn reads (nn.h has the format), and tensors of a small
 picture by which a C test compares the network with PyTorch."""
 import argparse
-import json
-import os
-import struct
-import zlib
 from pathlib import Path
 
 import numpy as np
@@ -15,23 +11,9 @@ import torch
 import dataset
 import ops
 from model import KPN, weight_tensors
+from weights_file import container, write_whole
 
 ROOT = Path(__file__).resolve().parents[2]
-
-
-def container(tensors, info):
-    """tensors: name -> array with four dimensions."""
-    text = json.dumps(info, indent=1).encode()
-    body = struct.pack("<I", len(text)) + text + struct.pack("<I", len(tensors))
-    for name, value in tensors.items():
-        body += name.encode().ljust(48, b"\0") + struct.pack("<4i", *value.shape)
-        body += np.ascontiguousarray(value, "<f2").tobytes()
-    return b"FEWRAYNN" + struct.pack("<II", 1, zlib.crc32(body)) + body
-
-
-def replace(path, data):
-    Path(str(path) + ".part").write_bytes(data)
-    os.replace(str(path) + ".part", path)
 
 
 def test_picture(seed=3, height=32, width=48):
@@ -90,8 +72,8 @@ def main():
     tensors = {name: value.numpy().astype(np.float16) for name, value in weight_tensors(model).items()}
     model.load_state_dict({n: torch.from_numpy(tensors[n].astype(np.float32)).reshape(v.shape)
                            for n, v in model.state_dict().items()})
-    replace(a.out, container(tensors, info))
-    replace(a.test, container(test_tensors(model), {"weights": "kpn.bin", "made by": "export.py"}))
+    write_whole(a.out, container(tensors, info))
+    write_whole(a.test, container(test_tensors(model), {"weights": "kpn.bin", "made by": "export.py"}))
 
 
 if __name__ == "__main__":

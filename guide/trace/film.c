@@ -168,8 +168,7 @@ static void fill_pixel(const struct fewray_film *film, size_t i, const struct la
     p->alpha[i] = s * look->alpha + (1 - s) * rest->alpha;
 }
 
-/* Irradiance / pi at a pixel from the maps around it, by the pixel's own mean normal and look
- * position. */
+/* Irradiance / pi at a pixel from the maps around it, by the pixel's own mean normal. */
 static void fill_irradiance(const struct fewray_maps *maps, int x, int y, size_t i,
                             const struct layer_planes *p) {
     struct vec3 e =

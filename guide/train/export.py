@@ -2,10 +2,9 @@
 """Writes a checkpoint as weights for denoise/nn (nn.h describes the file), and tensors that pin the C
 network to this one."""
 import argparse
-import json
-import os
 import struct
-import zlib
+import sys
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -13,24 +12,15 @@ import torch
 import dataset
 from model import Odis
 
-
-def write_whole(path, data):
-    os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
-    with open(path + ".part", "wb") as file:
-        file.write(data)
-    os.replace(path + ".part", path)
+# The file format is the convolution engine's; last on the path, since both folders have a model.py.
+sys.path.append(str(Path(__file__).resolve().parents[2] / "denoise/train"))
+from weights_file import container, write_whole  # noqa: E402
 
 
-def container(model, info):
-    text = json.dumps(info, sort_keys=True).encode()
-    body = struct.pack("<I", len(text)) + text
-    tensors = list(model.state_dict().items())
-    body += struct.pack("<I", len(tensors))
-    for name, tensor in tensors:
-        shape = list(tensor.shape) + [1] * (4 - tensor.dim())
-        body += name.encode().ljust(48, b"\0") + struct.pack("<4i", *shape)
-        body += tensor.numpy().astype("<f2").tobytes()
-    return b"FEWRAYNN" + struct.pack("<II", 1, zlib.crc32(body)) + body
+def weight_tensors(model):
+    """name -> array with four dimensions, a bias as (out, 1, 1, 1)."""
+    return {name: value.reshape(value.shape + (1,) * (4 - value.dim())).numpy()
+            for name, value in model.state_dict().items()}
 
 
 @torch.no_grad()
@@ -64,7 +54,7 @@ def main():
     info = {"network": "odis", "map": "mean" if state["settings"]["loss"] == "l1" else "moment",
             "steps": state["steps"], "settings": state["settings"],
             "validation": {k: round(v, 5) for k, v in state["figures"].items()}}
-    write_whole(args.output, container(model, info))
+    write_whole(args.output, container(weight_tensors(model), info))
     if args.reference:
         if not args.data:
             raise SystemExit("--reference needs --data")
