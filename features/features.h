@@ -69,6 +69,8 @@ enum fewray_layer {
                         background) */
     FEWRAY_IRRADIANCE, /* irradiance.R/G/B / pi: the guide's estimate of (radiosity / albedo) at the
                           first hit */
+    FEWRAY_IRRADIANCE_CONFIDENCE, /* irradiance.confidence: 0 = no estimate, to 1 = as good as
+                                     known: I^2 / (I^2 + variance of I) */
     FEWRAY_LAYER_COUNT
 };
 

@@ -39,6 +39,7 @@ static const struct {
     {FEWRAY_NORMAL, false, -1, 1},
     {FEWRAY_DEPTH, false, 0, DEPTH_MAX},
     {FEWRAY_IRRADIANCE, false, 0, RADIANCE_MAX},
+    {FEWRAY_IRRADIANCE_CONFIDENCE, false, 0, 1},
 };
 enum { RULES = sizeof rules / sizeof rules[0] };
 

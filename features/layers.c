@@ -14,6 +14,7 @@ static const struct {
     [FEWRAY_DEPTH] = {{"depth.Z"}, 1},
     [FEWRAY_EMISSION] = {{"emission.R", "emission.G", "emission.B"}, 3},
     [FEWRAY_IRRADIANCE] = {{"irradiance.R", "irradiance.G", "irradiance.B"}, 3},
+    [FEWRAY_IRRADIANCE_CONFIDENCE] = {{"irradiance.confidence"}, 1},
 };
 
 const char *const *fewray_layer_channels(enum fewray_layer layer, int *count) {

@@ -7,6 +7,7 @@
  *     fewray_scene_load()      scene.xml -> scene
  *     fewray_world_create()    scene -> world: acceleration structure and light tables
  *     fewray_film_create()     empty sums for each pixel
+ *     fewray_trace_pilot()     world -> whether a guide can pay
  *     fewray_trace_look()      world -> film, look: the first samples of each pixel and what they
  * saw fewray_maps_create()     look -> maps: where the light comes from, by the ODIS network
  *     fewray_trace_rest()      world, maps -> film: the remaining samples
@@ -61,11 +62,21 @@ struct fewray_render_settings {
     int max_depth; /* 0 = the scene's own; as Mitsuba counts; -1 = no limit */
     uint64_t seed;
     int threads;         /* 0 = all cores */
-    float bsdf_fraction; /* of guided samples that are drawn from the BSDF instead of the maps, (0,
-                            1] */
+    float bsdf_fraction; /* of guided samples that are drawn from the BSDF instead of the maps,
+                            0..1; negative: the network decides for each map. 0 stays unbiased:
+                            such maps reach a little beyond the horizon */
     float look_weight;   /* weight of the first look in a guided picture, in shares of its samples'
-                            number, 0..1 */
+                            number, 0..1; negative: what the maps expect of its noise decides */
+    float bounce_share;  /* what a pilot tells of the samples' noise: share that comes by the first
+                            bounce, 0..1; unknown: 1 */
+    float bounce_variance;    /* its variance over the squared radiance; unknown: INFINITY */
     const char *weights_path; /* the guide's network; NULL = built in */
+    bool paper_weights;       /* which built-in network: that of fewray_render_settings_paper() */
+    bool probes;     /* what the look's second vertices saw is pooled, guides the later bounces and
+                        spares shadow rays in the dark */
+    bool share_maps; /* four blocks of 8 x 8 pixels that show one even surface have one map */
+    bool refine;     /* maps learn from the samples they draw, where there are many */
+    int map_bins;    /* rows and columns of a map over the sphere: 32, 16 or 8 */
     void (*progress)(void *user, const char *phase,
                      double fraction); /* NULL; may be called from any thread, one at a time */
     void *progress_user;
@@ -73,12 +84,18 @@ struct fewray_render_settings {
                                    FEWRAY_ERROR_CANCELLED, the film holds what is done */
 };
 FEWRAY_API void fewray_render_settings_init(struct fewray_render_settings *settings);
+/* Sets what makes the guide that of Bako, Meyer, DeRose, Sen 2019, "Offline Deep Importance
+ * Sampling for Monte Carlo Path Tracing", and leaves the rest: maps of the mean radiance by the
+ * paper's network (L1 and GAN) at every block, for the first bounce alone and without the BSDF; the
+ * first look is discarded. */
+FEWRAY_API void fewray_render_settings_paper(struct fewray_render_settings *settings);
 
 /* Counts of the work done; the functions add to them. */
 struct fewray_render_stats {
     long long paths, rays;           /* camera paths; rays of all kinds */
     long long dropped;               /* samples that were NaN or infinite: dropped and counted */
-    long long grids, grids_inferred; /* grid points of the guide; those that the network filled */
+    long long grids, grids_inferred; /* grid points of the guide; maps that the network filled */
+    long long grids_shared;  /* grid points that use another one's map: the surface is flat */
     long long edge_pixels;   /* pixels whose directly seen emission got camera rays of its own */
     long long pixels_guided; /* pixels where at least one map could be sampled */
 };
@@ -95,6 +112,24 @@ FEWRAY_API int fewray_film_create(const struct fewray_world *world,
                                   struct fewray_film **out, struct fewray_error *error);
 FEWRAY_API void fewray_film_destroy(struct fewray_film **film);
 
+/* What a few samples tell about the noise: variance of a sample over the squared radiance around
+ * its pixel, mean over the picture. */
+struct fewray_pilot {
+    float variance;        /* without what is seen directly */
+    float bounce_variance; /* of what comes by the first bounce, all that a guide can lower */
+    bool dark;             /* no light was found: nothing is known */
+    bool tiny;             /* the picture's look is too small to learn from */
+};
+
+/* Traces a few paths that don't count for the picture. */
+FEWRAY_API int fewray_trace_pilot(const struct fewray_world *world,
+                                  const struct fewray_render_settings *settings,
+                                  const struct fewray_film *film, struct fewray_pilot *pilot,
+                                  struct fewray_render_stats *stats, struct fewray_error *error);
+/* False where the bounce's noise is too small, or too small a part of all, for a guide to pay:
+ * guiding costs about a fifth more time, and spreads its samples less evenly than the BSDF. */
+FEWRAY_API bool fewray_pilot_wants_guide(const struct fewray_pilot *pilot);
+
 /* Traces settings->initial samples a pixel with first directions spread uniformly over the
  * hemisphere, and keeps a record of each first bounce. *out is owned by the caller. */
 FEWRAY_API int fewray_trace_look(const struct fewray_world *world,
@@ -103,19 +138,29 @@ FEWRAY_API int fewray_trace_look(const struct fewray_world *world,
                                  struct fewray_render_stats *stats, struct fewray_error *error);
 FEWRAY_API void fewray_look_destroy(struct fewray_look **look);
 
-/* Gathers the look's records around grid points, fills them by the network and makes sampling maps
- * of them. */
-FEWRAY_API int fewray_maps_create(const struct fewray_look *look,
+/* Pools the look's second vertices in probes (settings->probes), gathers its records around grid
+ * points, fills them by the network and makes sampling maps of them. Adds averages to the look's
+ * records. */
+FEWRAY_API int fewray_maps_create(struct fewray_look *look,
                                   const struct fewray_render_settings *settings,
                                   struct fewray_maps **out, struct fewray_render_stats *stats,
                                   struct fewray_error *error);
 FEWRAY_API void fewray_maps_destroy(struct fewray_maps **maps);
 
-/* Traces the samples that the film still lacks. maps may be NULL: plain path tracing. */
-FEWRAY_API int fewray_trace_rest(const struct fewray_world *world, const struct fewray_maps *maps,
+/* Traces the samples that the film still lacks. maps may be NULL: plain path tracing. Where more
+ * than 4 samples a pixel are wanted and settings->refine, the maps learn from the first 4, 16, 64,
+ * ... of them. */
+FEWRAY_API int fewray_trace_rest(const struct fewray_world *world, struct fewray_maps *maps,
                                  const struct fewray_render_settings *settings,
                                  struct fewray_film *film, struct fewray_render_stats *stats,
                                  struct fewray_error *error);
+
+/* Traces all samples by practical path guiding (Mueller et al. 2017 and 2019), which learns while
+ * it renders: no look, no maps. The passes' pictures are weighted by their own variance. */
+FEWRAY_API int fewray_trace_ppg(const struct fewray_world *world,
+                                const struct fewray_render_settings *settings,
+                                struct fewray_film *film, struct fewray_render_stats *stats,
+                                struct fewray_error *error);
 
 /* With fewer than 32 samples a pixel: traces more camera rays where directly seen emission has
  * edges; what they see replaces the samples' own emission there, which stays unbiased. */

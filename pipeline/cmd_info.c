@@ -44,7 +44,9 @@ static void print_channel(const struct fewray_plane *plane, size_t count) {
 
 static void print_layers(const struct fewray_frame *frame) {
     static const char *const names[FEWRAY_LAYER_COUNT] = {
-        "color", "noisy", "variance", "albedo", "normal", "depth", "emission", "irradiance"};
+        "color",    "noisy",      "variance",
+        "albedo",   "normal",     "depth",
+        "emission", "irradiance", "irradiance confidence"};
     float *planes[3];
     printf("layers:");
     for (int layer = 0; layer < FEWRAY_LAYER_COUNT; layer++)

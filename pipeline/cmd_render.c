@@ -19,15 +19,24 @@ enum {
 };
 #define PIXELS_MAX (1ll << 28)
 
-enum { GUIDE_OFF, GUIDE_ODIS };
-static const char *const GUIDES[] = {"off", "odis", NULL};
+enum { GUIDE_OFF, GUIDE_ODIS, GUIDE_PAPER, GUIDE_PPG };
+static const char *const GUIDES[] = {"off", "odis", "paper", "ppg", NULL};
+static const char *const MAP_BINS[] = {"32", "16", "8", NULL};
 static const char *const SWITCH[] = {"off", "on", NULL};
 static const char *const ISAS[] = {"auto", "plain", "avx2", "avx512", NULL};
+
+/* What the guide's preset says unless it is given. */
+struct guide_options {
+    int guide;
+    int probes, share_maps, refine, map_bins; /* index; negative: not given */
+    float bsdf_fraction, look_weight;         /* negative: not given */
+};
 
 struct render_options {
     struct fewray_job job;
     struct text_list defines;
-    int guide, denoise, isa;
+    struct guide_options guide;
+    int pilot, denoise, isa;
     bool verbose;
 };
 
@@ -35,6 +44,7 @@ static enum parse_result parse(struct render_options *options, int argc, char **
                                int *first_file) {
     struct fewray_job *job = &options->job;
     struct fewray_render_settings *settings = &job->settings;
+    struct guide_options *guide = &options->guide;
     const struct option_spec specs[] = {
         {"output", 'o', OPTION_TEXT, &job->outputs.exr, "OUT.exr", "the picture and its layers", 0,
          0, NULL},
@@ -42,8 +52,10 @@ static enum parse_result parse(struct render_options *options, int argc, char **
          1, SPP_MAX, NULL},
         {"initial", 0, OPTION_INT, &settings->initial, "N",
          "samples a pixel of the guide's first look (1)", 1, SPP_MAX, NULL},
-        {"guide", 0, OPTION_CHOICE, &options->guide, NULL,
-         "guide the samples after the first look (odis)", 0, 0, GUIDES},
+        {"guide", 0, OPTION_CHOICE, &guide->guide, NULL,
+         "what guides: our network, the paper's, path guiding (odis)", 0, 0, GUIDES},
+        {"pilot", 0, OPTION_CHOICE, &options->pilot, NULL,
+         "look first whether a guide pays in this scene, else do without (on)", 0, 0, SWITCH},
         {"denoise", 0, OPTION_CHOICE, &options->denoise, NULL, "filter the picture (on)", 0, 0,
          SWITCH},
         {"max-depth", 0, OPTION_INT, &settings->max_depth, "D",
@@ -62,10 +74,18 @@ static enum parse_result parse(struct render_options *options, int argc, char **
          NULL},
         {"float", 0, OPTION_FLAG, &job->outputs.float32, NULL,
          "32-bit floats in the EXR instead of half", 0, 0, NULL},
-        {"bsdf-fraction", 0, OPTION_FLOAT, &settings->bsdf_fraction, "F",
-         "of guided samples drawn from the BSDF", 1e-3, 1, NULL},
-        {"look-weight", 0, OPTION_FLOAT, &settings->look_weight, "F",
+        {"bsdf-fraction", 0, OPTION_FLOAT, &guide->bsdf_fraction, "F",
+         "of guided samples drawn from the BSDF", 0, 1, NULL},
+        {"look-weight", 0, OPTION_FLOAT, &guide->look_weight, "F",
          "weight of the first look in the picture", 0, 1, NULL},
+        {"probes", 0, OPTION_CHOICE, &guide->probes, NULL,
+         "pool second vertices, guide later bounces (on)", 0, 0, SWITCH},
+        {"refine", 0, OPTION_CHOICE, &guide->refine, NULL,
+         "maps learn from the samples, above 4 spp (on)", 0, 0, SWITCH},
+        {"share-maps", 0, OPTION_CHOICE, &guide->share_maps, NULL,
+         "one map for 16x16 pixels of a flat surface (on)", 0, 0, SWITCH},
+        {"map-bins", 0, OPTION_CHOICE, &guide->map_bins, NULL,
+         "rows and columns of a map over the sphere (32)", 0, 0, MAP_BINS},
         {"guide-weights", 0, OPTION_TEXT, &settings->weights_path, "FILE",
          "another network for the guide", 0, 0, NULL},
         {"denoise-weights", 0, OPTION_TEXT, &job->denoise.weights_path, "FILE",
@@ -119,8 +139,29 @@ static void warn_below_bar(void *user, const char *text) {
     report_warning(NULL, text);
 }
 
+static void set_guide(const struct guide_options *given, struct fewray_job *job) {
+    struct fewray_render_settings *settings = &job->settings;
+    job->guided = given->guide != GUIDE_OFF;
+    job->ppg = given->guide == GUIDE_PPG;
+    if (given->guide == GUIDE_PAPER)
+        fewray_render_settings_paper(settings);
+    if (given->probes >= 0)
+        settings->probes = given->probes;
+    if (given->share_maps >= 0)
+        settings->share_maps = given->share_maps;
+    if (given->refine >= 0)
+        settings->refine = given->refine;
+    if (given->map_bins >= 0)
+        settings->map_bins = 32 >> given->map_bins;
+    if (given->bsdf_fraction >= 0)
+        settings->bsdf_fraction = given->bsdf_fraction;
+    if (given->look_weight >= 0)
+        settings->look_weight = given->look_weight;
+}
+
 int cmd_render(int argc, char **argv) {
-    struct render_options options = {.guide = GUIDE_ODIS, .denoise = 1};
+    struct render_options options = {
+        .guide = {GUIDE_ODIS, -1, -1, -1, -1, -1, -1}, .pilot = 1, .denoise = 1};
     fewray_job_init(&options.job);
     int first_file;
     options.job.settings.max_depth = DEPTH_NOT_GIVEN;
@@ -144,7 +185,8 @@ int cmd_render(int argc, char **argv) {
     job->settings.cancel = interrupt_watch();
     job->warn = warn_below_bar;
     job->warn_user = &progress;
-    job->guided = options.guide == GUIDE_ODIS;
+    set_guide(&options.guide, job);
+    job->pilot = options.pilot && options.guide.guide == GUIDE_ODIS;
     job->denoised = options.denoise;
     job->denoise.isa = ISAS[options.isa];
 

@@ -27,6 +27,10 @@ struct fewray_job {
     struct fewray_scene_options scene;      /* its threads are ignored: settings.threads counts */
     struct fewray_render_settings settings; /* threads, progress and cancel hold for every step */
     bool guided, denoised;
+    bool pilot; /* a guided render first looks whether guiding pays, and does without where it
+                   doesn't */
+    bool ppg; /* where guided: by practical path guiding, which learns while it renders, instead of
+                 by maps */
     struct fewray_denoise_options
         denoise; /* its threads, progress and cancel are ignored, as above */
     struct fewray_outputs outputs;
@@ -45,6 +49,7 @@ struct fewray_run_stats {
     struct fewray_render_stats counts;
     int tiles, tiles_denoised; /* of the denoiser */
     size_t repaired;           /* bad pixels of the file that was read; 0 for a render */
+    bool guide_skipped;        /* the pilot advised against the guide */
     bool first_look_was_all;   /* a guided render whose samples were all spent on the first look */
 };
 

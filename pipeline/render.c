@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The whole way of a picture: load, look, guide, render, denoise, write. */
 
+#include <math.h>
 #include <string.h>
 
 #include "pipeline/clock.h"
@@ -14,6 +15,7 @@ struct run {
     struct fewray_render_settings
         settings; /* the job's, with the number of threads and the first look settled */
     struct fewray_run_stats stats;
+    bool guided;       /* what the pilot left of the job's wish */
     double start, lap; /* seconds of the monotonic clock */
     struct fewray_scene *scene;
     struct fewray_world *world;
@@ -24,11 +26,16 @@ struct run {
 };
 
 void fewray_job_init(struct fewray_job *job) {
-    *job = (struct fewray_job){.guided = true, .denoised = true};
+    *job = (struct fewray_job){.guided = true, .denoised = true, .pilot = true};
     fewray_render_settings_init(&job->settings);
     fewray_denoise_options_init(&job->denoise);
     job->settings.spp = 4;
     job->settings.initial = 1;
+}
+
+/* Whether the render has a first look and maps made of it. */
+static bool has_maps(const struct run *run) {
+    return run->guided && !run->job->ppg;
 }
 
 static void start_run(struct run *run, const struct fewray_job *job) {
@@ -39,7 +46,6 @@ static void start_run(struct run *run, const struct fewray_job *job) {
         settings->initial = settings->spp;
     run->stats.threads = settings->threads;
     run->stats.spp = settings->spp;
-    run->stats.first_look_was_all = job->guided && settings->initial == settings->spp;
     run->start = run->lap = clock_seconds();
 }
 
@@ -58,9 +64,27 @@ static int load(struct run *run, struct fewray_error *error) {
     return status;
 }
 
+/* Whether to guide at all. */
+static int decide(struct run *run, struct fewray_error *error) {
+    run->guided = run->job->guided;
+    if (!run->guided || !run->job->pilot)
+        return FEWRAY_OK;
+    struct fewray_pilot pilot;
+    const int status = fewray_trace_pilot(run->world, &run->settings, run->film, &pilot,
+                                          &run->stats.counts, error);
+    if (!status)
+        run->guided = fewray_pilot_wants_guide(&pilot);
+    if (!status && pilot.bounce_variance > 0) {
+        run->settings.bounce_share = fminf(pilot.bounce_variance / pilot.variance, 1);
+        run->settings.bounce_variance = pilot.bounce_variance;
+    }
+    run->stats.guide_skipped = !run->guided;
+    return status;
+}
+
 /* The first samples of each pixel, and what they saw. */
 static int look(struct run *run, struct fewray_error *error) {
-    if (!run->job->guided)
+    if (!has_maps(run))
         return FEWRAY_OK;
     const int status = fewray_trace_look(run->world, &run->settings, run->film, &run->look,
                                          &run->stats.counts, error);
@@ -71,8 +95,9 @@ static int look(struct run *run, struct fewray_error *error) {
 /* Sampling maps; also where no sample is left for them, because the irradiance layer comes from
  * them. */
 static int guide(struct run *run, struct fewray_error *error) {
-    if (!run->job->guided)
+    if (!has_maps(run))
         return FEWRAY_OK;
+    run->stats.first_look_was_all = run->settings.initial == run->settings.spp;
     const int status =
         fewray_maps_create(run->look, &run->settings, &run->maps, &run->stats.counts, error);
     fewray_look_destroy(&run->look);
@@ -80,9 +105,21 @@ static int guide(struct run *run, struct fewray_error *error) {
     return status;
 }
 
+/* Who asked for a guide finds its layers even where the scene didn't need it: no estimate,
+ * confidence 0. */
+static int add_empty_irradiance(struct fewray_frame *frame, struct fewray_error *error) {
+    float *planes[3];
+    if (fewray_frame_add_layer(frame, FEWRAY_IRRADIANCE, planes) &&
+        fewray_frame_add_layer(frame, FEWRAY_IRRADIANCE_CONFIDENCE, planes))
+        return FEWRAY_OK;
+    return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the picture's layers");
+}
+
 /* The film's sums become the picture and its feature layers. */
 static int develop(struct run *run, struct fewray_error *error) {
-    const int status = fewray_film_frame(run->film, run->maps, &run->frame, error);
+    int status = fewray_film_frame(run->film, run->maps, &run->frame, error);
+    if (!status && run->stats.guide_skipped)
+        status = add_empty_irradiance(run->frame, error);
     if (!status) {
         run->stats.width = run->frame->width;
         run->stats.height = run->frame->height;
@@ -92,11 +129,13 @@ static int develop(struct run *run, struct fewray_error *error) {
 
 /* The remaining samples. */
 static int render(struct run *run, struct fewray_error *error) {
-    int status = fewray_trace_rest(run->world, run->maps, &run->settings, run->film,
-                                   &run->stats.counts, error);
+    struct fewray_render_stats *counts = &run->stats.counts;
+    bool ppg = run->guided && run->job->ppg;
+    int status =
+        ppg ? fewray_trace_ppg(run->world, &run->settings, run->film, counts, error)
+            : fewray_trace_rest(run->world, run->maps, &run->settings, run->film, counts, error);
     if (!status)
-        status =
-            fewray_trace_edges(run->world, &run->settings, run->film, &run->stats.counts, error);
+        status = fewray_trace_edges(run->world, &run->settings, run->film, counts, error);
     if (!status)
         status = develop(run, error);
     run->stats.render_s = clock_lap(&run->lap);
@@ -176,9 +215,10 @@ int fewray_job_run(const struct fewray_job *job, struct fewray_frame **picture,
 
     struct run run;
     start_run(&run, job);
-    if ((status = load(&run, error)) || (status = look(&run, error)) ||
-        (status = guide(&run, error)) || (status = render(&run, error)) ||
-        (status = denoise(&run, error)) || (status = write(&run, error))) {
+    if ((status = load(&run, error)) || (status = decide(&run, error)) ||
+        (status = look(&run, error)) || (status = guide(&run, error)) ||
+        (status = render(&run, error)) || (status = denoise(&run, error)) ||
+        (status = write(&run, error))) {
         if (status == FEWRAY_ERROR_CANCELLED)
             status = write_what_is_done(&run, error);
     } else if (job->warn) {

@@ -41,10 +41,14 @@ static json_t *list_skipped(const struct fewray_run_stats *stats) {
     const long long pixels = (long long)stats->width * stats->height;
     json_t *skipped = json_array();
     add_skipped(skipped, "network on a grid point", "nothing there to guide",
-                counts->grids - counts->grids_inferred);
+                counts->grids - counts->grids_inferred - counts->grids_shared);
+    add_skipped(skipped, "network on a grid point", "a flat surface shares a neighbour's map",
+                counts->grids_shared);
     if (counts->grids > 0)
         add_skipped(skipped, "guide of a pixel", "no map can be sampled there",
                     pixels - counts->pixels_guided);
+    if (stats->guide_skipped)
+        add_skipped(skipped, "guide", "the first bounce causes too little of the noise", pixels);
     if (stats->first_look_was_all)
         add_skipped(skipped, "guided samples", "the first look used the whole budget", pixels);
     add_skipped(skipped, "denoiser tile", "nothing there to filter",

@@ -1,54 +1,95 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sampling maps from the first look, and how pixels between grid points use them. */
+/* How pixels between grid points use the sampling maps. */
 
 #include "guide/odis/maps.h"
 
-#include <stdlib.h>
-
+#include "guide/odis/density.h"
 #include "guide/odis/gather.h"
-#include "guide/odis/network.h"
-#include "guide/trace/distribution.h"
-#include "guide/trace/film.h"
 
-#define LEAST_SHARE 1e-3f /* of the bilinear shares: below, the maps belong to other surfaces */
+#define LEAST_SHARE   1e-3f /* of the bilinear shares: below, the maps belong to other surfaces */
+#define WORTHLESS_MAP 0.95f /* BSDF fraction above which a map isn't worth its lookups */
+#define CUT_COSINE    0.03f /* that stands for a bin which the horizon cuts below its centre */
+#define HIDDEN_SHARE  3e-5f /* of the mean in the bins beyond, which curved surfaces may see */
 
 bool map_set_density(struct map *map, const float values[SPHERE_BINS]) {
-    float rows[SPHERE_ROWS];
-    double total = 0;
-    for (int r = 0; r < SPHERE_ROWS; r++) {
-        float sum = 0;
-        for (int c = 0; c < SPHERE_COLUMNS; c++)
-            sum += values[r * SPHERE_COLUMNS + c];
-        rows[r] = sum;
-        total += sum;
+    return density_build(values, SPHERE_ROWS, map->row_cdf, map->density);
+}
+
+/* Means over merge x merge bins. */
+static void merge_bins(float values[SPHERE_BINS], int merge) {
+    for (int row = 0; row < SPHERE_ROWS; row += merge)
+        for (int column = 0; column < SPHERE_COLUMNS; column += merge) {
+            float *corner = values + row * SPHERE_COLUMNS + column, sum = 0;
+            for (int k = 0; k < merge * merge; k++)
+                sum += corner[k / merge * SPHERE_COLUMNS + k % merge];
+            for (int k = 0; k < merge * merge; k++)
+                corner[k / merge * SPHERE_COLUMNS + k % merge] = sum / (float)(merge * merge);
+        }
+}
+
+/* Whether a bin below the horizon touches one above. */
+static bool is_cut(const float cosine[SPHERE_BINS], int bin) {
+    int row = bin / SPHERE_COLUMNS, column = bin % SPHERE_COLUMNS;
+    const float *here = cosine + row * SPHERE_COLUMNS;
+    return here[(column + 1) % SPHERE_COLUMNS] > 0 ||
+           here[(column + SPHERE_COLUMNS - 1) % SPHERE_COLUMNS] > 0 ||
+           (row > 0 && cosine[bin - SPHERE_COLUMNS] > 0) ||
+           (row + 1 < SPHERE_ROWS && cosine[bin + SPHERE_COLUMNS] > 0);
+}
+
+/* Gives bins whose centres lie below the horizon what they need for no direction to be missed. */
+static void cover_horizon(const float cosine[SPHERE_BINS], float values[SPHERE_BINS]) {
+    float sum = 0, cosines = 0;
+    for (int b = 0; b < SPHERE_BINS; b++) {
+        sum += values[b];
+        cosines += cosine[b];
     }
-    if (!(total > 0) || !isfinite(total))
-        return false;
-    cdf_build(rows, SPHERE_ROWS, map->row_cdf);
-    float to_density = (float)(1 / (total * SPHERE_BIN_SOLID_ANGLE));
+    float mean = sum / cosines;
     for (int b = 0; b < SPHERE_BINS; b++)
-        map->density[b] = values[b] * to_density;
-    return true;
+        if (!(cosine[b] > 0))
+            values[b] = mean * (is_cut(cosine, b) ? CUT_COSINE : HIDDEN_SHARE);
 }
 
-/* Position in [0, 1) that grid points a < b enclose x. */
-static float between(int x, int a, int b) {
-    return b > a ? (float)(x - a) / (float)(b - a) : 0;
+bool maps_set(const struct fewray_maps *maps, struct map *map, const float cosine[SPHERE_BINS],
+              float wanted[SPHERE_BINS]) {
+    for (int b = 0; b < SPHERE_BINS; b++)
+        wanted[b] *= cosine[b];
+    if (!(map->bsdf_fraction > 0))
+        cover_horizon(cosine, wanted);
+    if (maps->merge > 1)
+        merge_bins(wanted, maps->merge);
+    return map_set_density(map, wanted);
 }
 
-/* The four grid points around a pixel and their bilinear shares. */
-static void neighbours(const struct fewray_maps *maps, int x, int y, const struct map *around[4],
-                       float share[4]) {
-    int i = x / MAP_STRIDE, j = y / MAP_STRIDE;
-    int i1 = i + 1 < maps->columns ? i + 1 : i, j1 = j + 1 < maps->rows ? j + 1 : j;
-    float fx = between(x, map_pixel(i, maps->width), map_pixel(i1, maps->width));
-    float fy = between(y, map_pixel(j, maps->height), map_pixel(j1, maps->height));
-    const struct map *row0 = maps->maps + (size_t)j * (size_t)maps->columns;
-    const struct map *row1 = maps->maps + (size_t)j1 * (size_t)maps->columns;
-    around[0] = row0 + i, share[0] = (1 - fx) * (1 - fy);
-    around[1] = row0 + i1, share[1] = fx * (1 - fy);
-    around[2] = row1 + i, share[2] = (1 - fx) * fy;
-    around[3] = row1 + i1, share[3] = fx * fy;
+/* The two blocks whose centres enclose pixel x of an axis, and the second one's share. */
+static float enclose(int x, int blocks, int *first, int *second) {
+    int from_centre = 2 * x + 1 - BLOCK_SIZE; /* half pixels from the first block's centre */
+    int i = from_centre < 0 ? 0 : from_centre / (2 * BLOCK_SIZE);
+    *first = i < blocks ? i : blocks - 1;
+    *second = i + 1 < blocks ? i + 1 : *first;
+    return from_centre < 0 ? 0 : (float)(from_centre % (2 * BLOCK_SIZE)) / (2 * BLOCK_SIZE);
+}
+
+/* The up to four maps around a pixel and their bilinear shares; returns their number. */
+static int neighbours(const struct fewray_maps *maps, int x, int y, const struct map *around[4],
+                      float share[4]) {
+    int i[2], j[2], count = 0;
+    float fx = enclose(x, maps->columns, &i[0], &i[1]), fy = enclose(y, maps->rows, &j[0], &j[1]);
+    const float shares[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
+    for (int k = 0; k < 4; k++) {
+        int32_t m = maps->index[(size_t)j[k / 2] * (size_t)maps->columns + (size_t)i[k % 2]];
+        if (m < 0 || !(shares[k] > 0))
+            continue;
+        int n = 0;
+        while (n < count && around[n] != &maps->maps[m])
+            n++;
+        if (n == count) {
+            around[count] = &maps->maps[m];
+            share[count++] = 0;
+        }
+        share[n] += shares[k];
+    }
+    return count;
 }
 
 /* 1 where a map's surface continues the point's, falling to 0 with the angle between the normals.
@@ -62,64 +103,56 @@ static float same_side(const struct map *map, struct vec3 normal) {
     return d * d;
 }
 
-/* 1 on the point's tangent plane, falling with the elevation above or below it. */
+/* 1 on the point's tangent plane, falling with the elevation above or below it: about
+ * exp(-25 sin^2), without the call. */
 static float same_plane(const struct map *map, struct vec3 position, struct vec3 normal) {
     struct vec3 d = sub(map->position, position);
     float distance2 = dot(d, d), height = dot(d, normal);
-    return distance2 > 0 ? expf(-25 * height * height / distance2) : 1;
+    if (!(distance2 > 0))
+        return 1;
+    float w = distance2 / (distance2 + (25.0f / 8) * height * height);
+    w *= w;
+    w *= w;
+    return w * w;
 }
 
 struct map_mixture maps_at(const struct fewray_maps *maps, int x, int y, struct vec3 position,
                            struct vec3 normal) {
     const struct map *around[4];
-    float share[4], sum = 0;
-    neighbours(maps, x, y, around, share);
+    float share[4], sum = 0, kept = 0;
+    int count = neighbours(maps, x, y, around, share);
     struct map_mixture mixture = {.count = 0};
-    for (int k = 0; k < 4; k++) {
-        if (!around[k]->valid || !(share[k] > 0))
-            continue;
+    for (int k = 0; k < count; k++) {
         float s = share[k] * same_side(around[k], normal) * same_plane(around[k], position, normal);
         if (!(s > 0))
             continue;
+        sum += s;
+        if (around[k]->bsdf_fraction > WORTHLESS_MAP) {
+            mixture.bsdf_fraction += s;
+            continue;
+        }
+        mixture.bsdf_fraction += s * around[k]->bsdf_fraction;
         mixture.maps[mixture.count] = around[k];
         mixture.share[mixture.count++] = s;
-        sum += s;
+        kept += s;
     }
     if (!(sum > LEAST_SHARE))
         mixture.count = 0;
+    mixture.bsdf_fraction = mixture.count ? mixture.bsdf_fraction / sum : 1;
     for (int k = 0; k < mixture.count; k++)
-        mixture.share[k] /= sum;
+        mixture.share[k] /= kept;
     return mixture;
 }
 
-/* A position within a bin, kept off its borders so that rounding can't lead into a bin of another
- * density. */
-static float inside(float position) {
-    return fminf(fmaxf(position, 1e-5f), 1 - 1e-5f);
-}
-
 struct vec3 map_mixture_sample(const struct map_mixture *mixture, const float u[2]) {
-    float a = u[0], b = u[1];
+    float a = u[0];
     int k = 0;
     while (k + 1 < mixture->count && a >= mixture->share[k])
         a -= mixture->share[k++];
-    a = fminf(a / mixture->share[k], 0x1.fffffep-1f);
+    a /= mixture->share[k];
+    a = a < 1 ? a : 0x1.fffffep-1f;
     const struct map *map = mixture->maps[k];
-    int row = (int)cdf_sample(map->row_cdf, SPHERE_ROWS, &a);
-    const float *density = map->density + row * SPHERE_COLUMNS;
-    float total = 0;
-    for (int c = 0; c < SPHERE_COLUMNS; c++)
-        total += density[c];
-    b *= total;
-    int column = 0, last = 0;
-    for (; column < SPHERE_COLUMNS && b >= density[column]; column++) {
-        b -= density[column];
-        if (density[column] > 0)
-            last = column;
-    }
-    if (column == SPHERE_COLUMNS) /* rounding at the row's end */
-        column = last, b = density[last];
-    return sphere_direction(row, column, inside(a), inside(b / density[column]));
+    return density_sample(map->row_cdf, map->density, SPHERE_ROWS, (float[2]){a, u[1]});
 }
 
 float map_mixture_pdf(const struct map_mixture *mixture, struct vec3 direction) {
@@ -130,110 +163,25 @@ float map_mixture_pdf(const struct map_mixture *mixture, struct vec3 direction) 
     return pdf;
 }
 
-struct vec3 maps_irradiance(const struct fewray_maps *maps, int x, int y, struct vec3 normal) {
+struct vec3 maps_irradiance(const struct fewray_maps *maps, int x, int y, struct vec3 normal,
+                            float *confidence) {
     const struct map *around[4];
     float share[4], sum = 0;
-    neighbours(maps, x, y, around, share);
+    int count = neighbours(maps, x, y, around, share);
+    float trust = 0;
     struct vec3 e = vec(0, 0, 0), n = normalize(normal);
-    for (int k = 0; k < 4; k++) {
-        float s = around[k]->valid ? share[k] * same_side(around[k], n) : 0;
+    for (int k = 0; k < count; k++) {
+        float s = share[k] * same_side(around[k], n);
         e = add(e, scale(around[k]->irradiance, s));
+        trust += s * around[k]->confidence;
         sum += s;
     }
+    /* Where the maps' surfaces fit badly the sum is small, and so is what they are worth. */
+    *confidence = sum > LEAST_SHARE ? fminf(trust, 1) : 0;
     return sum > LEAST_SHARE ? scale(e, 1 / sum) : vec(0, 0, 0);
 }
 
-/* Turns a grid point's gathered look into its map. */
-static void make_map(const struct gathered *g, struct odis_network *network, struct map *map) {
-    float wanted[SPHERE_BINS], radiance[SPHERE_BINS], values[SPHERE_BINS];
-    odis_network_run(network, g, wanted, radiance);
-    float irradiance = 0;
-    for (int b = 0; b < SPHERE_BINS; b++) {
-        irradiance += radiance[b] * g->cosine[b];
-        values[b] = g->cosine[b] * wanted[b];
-    }
-    map->position = g->position;
-    map->normal = g->normal;
-    map->valid = map_set_density(map, values);
-    map->irradiance = scale(g->tint, irradiance * g->scale * SPHERE_BIN_SOLID_ANGLE / PI_F);
-}
-
-static int build_maps(const struct fewray_look *look, const struct fewray_render_settings *settings,
-                      const struct odis_weights *weights, struct fewray_maps *maps,
-                      struct fewray_render_stats *stats, struct fewray_error *error) {
-    int count = maps->columns * maps->rows, done = 0;
-    long long inferred = 0;
-    bool no_memory = false, cancelled = false;
-#pragma omp parallel num_threads(film_threads(settings)) reduction(+ : inferred)
-    {
-        struct odis_network *network = odis_network_create(weights);
-        struct gathered *g = malloc(sizeof(*g));
-#pragma omp for schedule(dynamic, 16)
-        for (int i = 0; i < count; i++) {
-            if (!network || !g || (settings->cancel && *settings->cancel)) {
-#pragma omp atomic write
-                cancelled = true;
-                continue;
-            }
-            gather(look, map_pixel(i % maps->columns, maps->width),
-                   map_pixel(i / maps->columns, maps->height), g);
-            if (g->valid) {
-                make_map(g, network, &maps->maps[i]);
-                inferred++;
-            }
-#pragma omp critical(fewray_maps)
-            if (++done % 64 == 0 && settings->progress)
-                settings->progress(settings->progress_user, "guide", (double)done / count);
-        }
-        if (!network || !g) {
-#pragma omp atomic write
-            no_memory = true;
-        }
-        free(g);
-        odis_network_destroy(&network);
-    }
-    stats->grids += count;
-    stats->grids_inferred += inferred;
-    if (no_memory)
-        return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
-                           "no memory for the guide's network");
-    if (cancelled)
-        return fewray_fail(error, FEWRAY_ERROR_CANCELLED, NULL, 0, "interrupted");
-    return FEWRAY_OK;
-}
-
-int fewray_maps_create(const struct fewray_look *look,
-                       const struct fewray_render_settings *settings, struct fewray_maps **out,
-                       struct fewray_render_stats *stats, struct fewray_error *error) {
-    *out = NULL;
-    struct odis_weights *weights = NULL;
-    int status = odis_weights_load(settings->weights_path, &weights, error);
-    if (status)
-        return status;
-    struct fewray_maps *maps = calloc(1, sizeof(*maps));
-    if (maps) {
-        maps->width = look->width;
-        maps->height = look->height;
-        maps->columns = (look->width - 1 + MAP_STRIDE - 1) / MAP_STRIDE + 1;
-        maps->rows = (look->height - 1 + MAP_STRIDE - 1) / MAP_STRIDE + 1;
-        maps->maps = calloc((size_t)maps->columns * (size_t)maps->rows, sizeof(*maps->maps));
-    }
-    if (!maps || !maps->maps)
-        status =
-            fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the sampling maps");
-    else
-        status = build_maps(look, settings, weights, maps, stats, error);
-    odis_weights_destroy(&weights);
-    if (status)
-        fewray_maps_destroy(&maps);
-    *out = maps;
-    return status;
-}
-
-void fewray_maps_destroy(struct fewray_maps **maps) {
-    if (!*maps)
-        return;
-    free((*maps)->maps);
-    free(*maps);
-    *maps = NULL;
+float maps_look_noise(const struct fewray_maps *maps, int x, int y) {
+    return maps
+        ->look_noise[(size_t)(y / BLOCK_SIZE) * (size_t)maps->columns + (size_t)(x / BLOCK_SIZE)];
 }

@@ -76,7 +76,7 @@ int fewray_trace_edges(const struct fewray_world *world,
     if (settings->spp >= EDGE_RAYS) /* the samples themselves know the edges better */
         return FEWRAY_OK;
     struct edge_job job = {
-        settings, film_integrator(world, film, NULL, settings), film,
+        settings, film_integrator(world, film, settings), film,
         hash_combine((uint32_t)settings->seed ^ STREAM_EDGE, (uint32_t)(settings->seed >> 32))};
     return tiles_run(film->width, film->height, settings, "edges", edge_tile, &job, stats, error);
 }

@@ -8,7 +8,25 @@
 
 void fewray_render_settings_init(struct fewray_render_settings *settings) {
     *settings = (struct fewray_render_settings){
-        .spp = 4, .initial = 1, .bsdf_fraction = 0.25f, .look_weight = 0.6f};
+        .spp = 4,
+        .initial = 1,
+        .bsdf_fraction = -1,
+        .look_weight = -1,
+        .bounce_share = 1,
+        .bounce_variance = INFINITY,
+        .probes = true,
+        .share_maps = true,
+        .refine = true,
+        .map_bins = SPHERE_ROWS,
+    };
+}
+
+void fewray_render_settings_paper(struct fewray_render_settings *settings) {
+    settings->bsdf_fraction = 0;
+    settings->look_weight = 0;
+    settings->paper_weights = true;
+    settings->probes = settings->share_maps = settings->refine = false;
+    settings->map_bins = SPHERE_ROWS;
 }
 
 int film_threads(const struct fewray_render_settings *settings) {
@@ -60,16 +78,13 @@ void fewray_film_destroy(struct fewray_film **film) {
 }
 
 struct integrator film_integrator(const struct fewray_world *world, const struct fewray_film *film,
-                                  const struct fewray_maps *maps,
                                   const struct fewray_render_settings *settings) {
     return (struct integrator){.world = world,
                                .width = film->width,
                                .height = film->height,
                                .max_depth = settings->max_depth ? settings->max_depth
                                                                 : world->scene->max_depth,
-                               .rr_depth = world->scene->rr_depth,
-                               .maps = maps,
-                               .bsdf_fraction = settings->bsdf_fraction};
+                               .rr_depth = world->scene->rr_depth};
 }
 
 static bool is_finite(struct vec3 v) {
@@ -102,29 +117,42 @@ void pixel_sums_add(struct pixel_sums *sums, const struct path_sample *p) {
     sums->alpha += p->alpha;
 }
 
-void film_store(struct fewray_film *film, int x, int y, int group, const struct pixel_sums *sums) {
-    struct pixel_group *g =
-        &film->groups[((size_t)y * (size_t)film->width + (size_t)x) * GROUP_COUNT + (size_t)group];
-    double share = sums->count > 0 ? 1.0 / sums->count : 0;
-    g->count = sums->count;
-    for (int c = 0; c < 3; c++) {
-        g->radiance[c] = (float)sums->radiance[c];
-        g->deviation[c] = (float)sums->deviation[c];
-        g->emission[c] = (float)(sums->emission[c] * share);
-        g->albedo[c] = (float)(sums->albedo[c] * share);
-        g->normal[c] = (float)(sums->normal[c] * share);
-    }
-    g->depth = (float)(sums->depth * share);
-    g->alpha = (float)(sums->alpha * share);
+/* Weighted mean of a stored mean and a new one. */
+static float mix(float stored, double value, double share) {
+    return (float)(stored + (value - stored) * share);
 }
 
-/* Share of the look in the pixel's value: fixed by the numbers of samples, so that it can't bias.
+void film_add(struct fewray_film *film, int x, int y, int group, const struct pixel_sums *sums) {
+    struct pixel_group *g =
+        &film->groups[((size_t)y * (size_t)film->width + (size_t)x) * GROUP_COUNT + (size_t)group];
+    if (!sums->count)
+        return;
+    double before = g->count, each = 1.0 / sums->count;
+    double share = sums->count / (before + sums->count);
+    for (int c = 0; c < 3; c++) { /* Chan, Golub, LeVeque 1979 */
+        double delta = sums->radiance[c] - g->radiance[c];
+        g->deviation[c] += (float)(sums->deviation[c] + delta * delta * before * share);
+        g->radiance[c] = mix(g->radiance[c], sums->radiance[c], share);
+        g->emission[c] = mix(g->emission[c], sums->emission[c] * each, share);
+        g->albedo[c] = mix(g->albedo[c], sums->albedo[c] * each, share);
+        g->normal[c] = mix(g->normal[c], sums->normal[c] * each, share);
+    }
+    g->depth = mix(g->depth, sums->depth * each, share);
+    g->alpha = mix(g->alpha, sums->alpha * each, share);
+    g->count += sums->count;
+}
+
+/* Share of the look in the pixel's value: fixed by the numbers of samples and by what the maps
+ * around expect of both kinds of samples, never by the samples themselves, so that it can't bias.
  */
-static float look_share(const struct fewray_film *film, const struct pixel_group *look,
-                        const struct pixel_group *rest) {
+static float look_share(const struct fewray_film *film, const struct fewray_maps *maps, int x,
+                        int y, const struct pixel_group *look, const struct pixel_group *rest) {
     if (!look->count || !rest->count)
         return look->count > 0;
-    return film->look_weight * (float)look->count / (float)(look->count + rest->count);
+    float a = (float)look->count, b = (float)rest->count;
+    if (film->look_weight >= 0 || !maps)
+        return fmaxf(film->look_weight, 0) * a / (a + b);
+    return a / (a + b * maps_look_noise(maps, x, y));
 }
 
 /* Variance of the pixel's mean. The spread is pooled over both groups because a look of one sample
@@ -146,13 +174,15 @@ static float mean_variance(const struct pixel_group *a, const struct pixel_group
 
 struct layer_planes {
     float *color[3], *variance[3], *albedo[3], *normal[3], *emission[3], *depth[3], *irradiance[3],
-        *alpha;
+        *confidence[3], *alpha;
 };
 
-static void fill_pixel(const struct fewray_film *film, size_t i, const struct layer_planes *p) {
+static void fill_pixel(const struct fewray_film *film, const struct fewray_maps *maps, int x, int y,
+                       const struct layer_planes *p) {
+    size_t i = (size_t)y * (size_t)film->width + (size_t)x;
     const struct pixel_group *look = &film->groups[i * GROUP_COUNT + GROUP_LOOK];
     const struct pixel_group *rest = &film->groups[i * GROUP_COUNT + GROUP_REST];
-    float s = look_share(film, look, rest);
+    float s = look_share(film, maps, x, y, look, rest);
     for (int c = 0; c < 3; c++) {
         p->color[c][i] = s * look->radiance[c] + (1 - s) * rest->radiance[c];
         p->variance[c][i] = mean_variance(look, rest, s, c);
@@ -171,8 +201,8 @@ static void fill_pixel(const struct fewray_film *film, size_t i, const struct la
 /* Irradiance / pi at a pixel from the maps around it, by the pixel's own mean normal. */
 static void fill_irradiance(const struct fewray_maps *maps, int x, int y, size_t i,
                             const struct layer_planes *p) {
-    struct vec3 e =
-        maps_irradiance(maps, x, y, vec(p->normal[0][i], p->normal[1][i], p->normal[2][i]));
+    struct vec3 e = maps_irradiance(
+        maps, x, y, vec(p->normal[0][i], p->normal[1][i], p->normal[2][i]), &p->confidence[0][i]);
     p->irradiance[0][i] = e.x;
     p->irradiance[1][i] = e.y;
     p->irradiance[2][i] = e.z;
@@ -186,14 +216,16 @@ int fewray_film_frame(const struct fewray_film *film, const struct fewray_maps *
     if (status)
         return status;
     struct layer_planes p = {.alpha = NULL};
-    bool complete = fewray_frame_add_layer(frame, FEWRAY_COLOR, p.color) &&
-                    (p.alpha = fewray_frame_add(frame, "A")) != NULL &&
-                    fewray_frame_add_layer(frame, FEWRAY_VARIANCE, p.variance) &&
-                    fewray_frame_add_layer(frame, FEWRAY_ALBEDO, p.albedo) &&
-                    fewray_frame_add_layer(frame, FEWRAY_NORMAL, p.normal) &&
-                    fewray_frame_add_layer(frame, FEWRAY_DEPTH, p.depth) &&
-                    fewray_frame_add_layer(frame, FEWRAY_EMISSION, p.emission) &&
-                    (!maps || fewray_frame_add_layer(frame, FEWRAY_IRRADIANCE, p.irradiance));
+    bool complete =
+        fewray_frame_add_layer(frame, FEWRAY_COLOR, p.color) &&
+        (p.alpha = fewray_frame_add(frame, "A")) != NULL &&
+        fewray_frame_add_layer(frame, FEWRAY_VARIANCE, p.variance) &&
+        fewray_frame_add_layer(frame, FEWRAY_ALBEDO, p.albedo) &&
+        fewray_frame_add_layer(frame, FEWRAY_NORMAL, p.normal) &&
+        fewray_frame_add_layer(frame, FEWRAY_DEPTH, p.depth) &&
+        fewray_frame_add_layer(frame, FEWRAY_EMISSION, p.emission) &&
+        (!maps || (fewray_frame_add_layer(frame, FEWRAY_IRRADIANCE, p.irradiance) &&
+                   fewray_frame_add_layer(frame, FEWRAY_IRRADIANCE_CONFIDENCE, p.confidence)));
     if (!complete) {
         fewray_frame_destroy(&frame);
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
@@ -202,7 +234,7 @@ int fewray_film_frame(const struct fewray_film *film, const struct fewray_maps *
     for (int y = 0; y < film->height; y++)
         for (int x = 0; x < film->width; x++) {
             size_t i = (size_t)y * (size_t)film->width + (size_t)x;
-            fill_pixel(film, i, &p);
+            fill_pixel(film, maps, x, y, &p);
             if (maps)
                 fill_irradiance(maps, x, y, i, &p);
         }

@@ -40,11 +40,11 @@ struct pixel_sums {
 
 /* Adds a sample; one with a NaN or an infinity is dropped and counted instead. */
 void pixel_sums_add(struct pixel_sums *sums, const struct path_sample *sample);
-void film_store(struct fewray_film *film, int x, int y, int group, const struct pixel_sums *sums);
+/* Adds the sums to those that a pixel's group has already. */
+void film_add(struct fewray_film *film, int x, int y, int group, const struct pixel_sums *sums);
 
-/* Integrator settings that a picture needs. */
+/* Integrator settings that a picture needs, without guides. */
 struct integrator film_integrator(const struct fewray_world *world, const struct fewray_film *film,
-                                  const struct fewray_maps *maps,
                                   const struct fewray_render_settings *settings);
 int film_threads(const struct fewray_render_settings *settings);
 

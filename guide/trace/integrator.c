@@ -6,6 +6,12 @@
 #include "guide/trace/basis.h"
 #include "guide/trace/camera.h"
 
+/* A pixel's samples, the look's and the rest, share one sequence for the camera and for next-event
+ * estimation at the first hit, so that they are stratified together. What a map learns from mustn't
+ * tell where the samples that it guides lie: from the bounce on they are independent, and so are
+ * the parts between which maps learn. */
+enum { BRANCH_LOOK = 1, BRANCH_PATHS };
+
 static bool is_black(struct vec3 c) {
     return !(c.x > 0 || c.y > 0 || c.z > 0);
 }
@@ -30,8 +36,8 @@ static float light_pdf(const struct fewray_world *world, const struct surface *h
 
 /* Light that reaches the viewer by way of one sampled point of a light, up to its visibility and
  * MIS weight. */
-static struct vec3 direct_light(const struct fewray_world *world, const struct shading *s,
-                                struct sampler *sampler, struct light_sample *light) {
+static struct vec3 unoccluded_light(const struct fewray_world *world, const struct shading *s,
+                                    struct sampler *sampler, struct light_sample *light) {
     float u[2], pick = sampler_1d(sampler);
     sampler_2d(sampler, u);
     *light = lights_sample(world, s->position, pick, u);
@@ -43,6 +49,7 @@ static struct vec3 direct_light(const struct fewray_world *world, const struct s
     struct vec3 radiance = light->distant
                                ? environment_radiance(&world->scene->environment, light->direction)
                                : light->radiance;
+    light->radiance = radiance;
     return scale(mul(f, radiance), 1 / light->pdf);
 }
 
@@ -53,13 +60,123 @@ static bool light_visible(const struct fewray_world *world, const struct shading
                : !surface_blocked(world, s->position, s->geometric_normal, light->position);
 }
 
+/* Next-event estimation, MIS-weighted against a bounce of density `bounce_pdf` > 0 (0: drawn from
+ * `p`). Where a probe expects no light the shadow ray plays Russian roulette, whose chance counts
+ * as part of the light's density. */
+static struct vec3 direct_light(const struct integrator *in, const struct shading *s,
+                                struct sampler *sampler, const struct proposal *p, float bounce_pdf,
+                                int *rays, struct look_second *second) {
+    struct light_sample light;
+    struct vec3 direct = unoccluded_light(in->world, s, sampler, &light);
+    if (is_black(direct))
+        return direct;
+    float chance = p->light_chance;
+    if (chance < 1 && !(sampler_1d(sampler) < chance))
+        return vec(0, 0, 0);
+    ++*rays;
+    bool visible = light_visible(in->world, s, &light);
+    if (second) {
+        second->light = light.direction;
+        second->light_sent = true;
+        second->light_value =
+            visible ? mean_component(light.radiance) /
+                          (light.pdf * chance + proposal_pdf(p, s, light.direction).mixture)
+                    : 0;
+    }
+    if (!visible)
+        return vec(0, 0, 0);
+    float pdf = bounce_pdf > 0 ? bounce_pdf : proposal_pdf(p, s, light.direction).mixture;
+    return scale(direct, power_heuristic(light.pdf * chance, pdf) / chance);
+}
+
+/* A vertex's next direction. */
+struct bounce {
+    struct vec3 direction, weight; /* weight: f cos / pdf */
+    struct proposal_pdf pdf;
+    float light_chance; /* of the vertex's shadow ray */
+};
+
+/* False where the direction carries nothing. */
+static bool draw_bounce(const struct shading *s, struct sampler *sampler, const struct proposal *p,
+                        struct bounce *out) {
+    float u[2], choice = 0;
+    if (p->bsdf_fraction < 1)
+        choice = sampler_1d(sampler);
+    else
+        sampler->dimension++; /* so that a path's dimensions mean the same with and without guide */
+    sampler_2d(sampler, u);
+    out->direction = proposal_sample(p, s, choice, u);
+    out->pdf = proposal_pdf(p, s, out->direction);
+    if (!(out->pdf.bsdf > 0) || !(out->pdf.mixture > 0))
+        return false;
+    out->weight = scale(bsdf_times_cosine(s, out->direction), 1 / out->pdf.mixture);
+    out->light_chance = p->light_chance;
+    return true;
+}
+
+static void log_vertex(struct vertex_log *log, const struct shading *s, const struct bounce *b,
+                       struct vec3 throughput) {
+    if (!log || log->count == VERTEX_LOG_MAX)
+        return;
+    log->throughput[log->count] = throughput;
+    log->vertices[log->count++] = (struct path_vertex){.position = s->position,
+                                                       .normal = s->normal,
+                                                       .direction = b->direction,
+                                                       .weight = b->weight,
+                                                       .pdf = b->pdf.mixture,
+                                                       .bsdf_pdf = b->pdf.bsdf,
+                                                       .guide_pdf = b->pdf.guide};
+}
+
+static float ratio(float a, float b) {
+    return b > 0 ? a / b : 0;
+}
+
+/* Credits the first `count` vertices with radiance that arrived by way of the last of them.
+ * throughput: product of the weights of all of them. */
+static void log_radiance(struct vertex_log *log, int count, struct vec3 throughput,
+                         struct vec3 radiance) {
+    for (int k = 0; log && k < count && k < log->count; k++) {
+        struct path_vertex *v = &log->vertices[k];
+        struct vec3 before = mul(log->throughput[k], v->weight);
+        v->incident = add(v->incident, mul(radiance, vec(ratio(throughput.x, before.x),
+                                                         ratio(throughput.y, before.y),
+                                                         ratio(throughput.z, before.z))));
+    }
+}
+
+/* What the second vertex of a look's path saw at the end of its bounce. */
+static void note_bounce(const struct integrator *in, struct look_second *second,
+                        const struct bounce *bounce, const struct surface *hit,
+                        struct vec3 emission) {
+    float light = bounce->light_chance * light_pdf(in->world, hit, bounce->direction);
+    second->bounce = bounce->direction;
+    second->bounce_value = mean_component(emission) / (light + bounce->pdf.mixture);
+}
+
+/* Plays Russian roulette for the path's survival; false where it ends. */
+static bool survives(const struct integrator *in, struct sampler *sampler, int depth,
+                     struct path_state *state, struct vec3 *relative) {
+    if (depth < in->rr_depth)
+        return true;
+    float survival = fminf(max_component(state->throughput), 0.95f);
+    if (!(sampler_1d(sampler) < survival))
+        return false;
+    *relative = scale(*relative, 1 / survival);
+    state->throughput = scale(state->throughput, 1 / survival);
+    return true;
+}
+
 struct incident trace_incident(const struct integrator *in, struct sampler *sampler,
-                               struct vec3 position, struct vec3 geometric_normal,
-                               struct vec3 direction, float pdf, int depth,
-                               struct vec3 throughput) {
+                               struct path_state state, struct vec3 position,
+                               struct vec3 geometric_normal, struct vec3 direction, float pdf,
+                               struct look_second *second) {
     struct incident out = {.distance = 0};
-    struct vec3 reflected = vec(0, 0, 0), relative = vec(1, 1, 1);
-    for (bool first = true;; first = false, depth++) {
+    struct vec3 relative = vec(1, 1, 1), beyond = vec(0, 0, 0);
+    struct bounce bounce = {.direction = direction, .light_chance = 1};
+    float bounce_weight = 0; /* f cos of the second vertex's bounce */
+    const int first_depth = state.depth;
+    for (bool first = true;; first = false, state.depth++) {
         struct surface surface;
         out.rays++;
         struct surface *hit =
@@ -68,52 +185,53 @@ struct incident trace_incident(const struct integrator *in, struct sampler *samp
                 ? &surface
                 : NULL;
         struct vec3 e = emitted(in->world, hit, direction);
-        if (!is_black(e)) {
-            float weight = power_heuristic(pdf, light_pdf(in->world, hit, direction));
-            struct vec3 weighted = mul(relative, scale(e, weight));
-            if (first)
-                out.full = e, out.radiance = weighted;
+        float light = is_black(e) ? 0 : bounce.light_chance * light_pdf(in->world, hit, direction);
+        struct vec3 weighted = scale(e, power_heuristic(pdf, light));
+        log_radiance(state.log, state.depth, state.throughput, weighted);
+        if (first) {
+            out.emission = e;
+            out.light_pdf = light;
+        } else {
+            out.reflected = add(out.reflected, mul(relative, weighted));
+            if (second && state.depth == first_depth + 1)
+                note_bounce(in, second, &bounce, hit, e);
             else
-                reflected = add(reflected, weighted);
+                beyond = add(beyond, mul(relative, weighted));
         }
         if (first && hit) {
             out.distance = hit->distance;
             out.normal = dot(hit->normal, direction) > 0 ? negate(hit->normal) : hit->normal;
         }
-        if (!hit || !may_scatter(in, depth))
+        if (!hit || !may_scatter(in, state.depth))
             break;
         struct shading s = bsdf_at(in->world->scene, hit, negate(direction));
         if (!s.scatters || is_black(s.albedo))
             break;
-        struct light_sample light;
-        struct vec3 direct = direct_light(in->world, &s, sampler, &light);
-        if (!is_black(direct)) {
-            out.rays++;
-            if (light_visible(in->world, &s, &light)) {
-                float weight = power_heuristic(light.pdf, bsdf_pdf(&s, light.direction));
-                reflected = add(reflected, mul(relative, scale(direct, weight)));
-            }
-        }
-        float u[2];
-        sampler_2d(sampler, u);
+        struct proposal proposal = proposal_at(&in->guides, 0, 0, state.depth, &s);
+        struct vec3 direct =
+            direct_light(in, &s, sampler, &proposal, 0, &out.rays, first ? second : NULL);
+        log_radiance(state.log, state.depth, state.throughput, direct);
+        out.reflected = add(out.reflected, mul(relative, direct));
+        if (second && first)
+            second->albedo = mean_component(s.albedo);
+        else
+            beyond = add(beyond, mul(relative, direct));
+        if (!draw_bounce(&s, sampler, &proposal, &bounce))
+            break;
+        if (first)
+            bounce_weight = mean_component(bounce.weight) * bounce.pdf.mixture;
+        log_vertex(state.log, &s, &bounce, state.throughput);
         position = s.position;
         geometric_normal = s.geometric_normal;
-        direction = bsdf_sample(&s, u);
-        pdf = bsdf_pdf(&s, direction);
-        if (!(pdf > 0))
+        direction = bounce.direction;
+        pdf = bounce.pdf.mixture;
+        relative = mul(relative, bounce.weight);
+        state.throughput = mul(state.throughput, bounce.weight);
+        if (!survives(in, sampler, state.depth + 1, &state, &relative))
             break;
-        relative = mul(relative, s.albedo);
-        throughput = mul(throughput, s.albedo);
-        if (depth + 1 >= in->rr_depth) {
-            float survival = fminf(max_component(throughput), 0.95f);
-            if (!(sampler_1d(sampler) < survival))
-                break;
-            relative = scale(relative, 1 / survival);
-            throughput = scale(throughput, 1 / survival);
-        }
     }
-    out.radiance = add(out.radiance, reflected);
-    out.full = add(out.full, reflected);
+    if (second && bounce_weight > 0)
+        second->bounce_value += mean_component(beyond) / bounce_weight;
     return out;
 }
 
@@ -149,84 +267,82 @@ struct vec3 trace_emission(const struct integrator *in, float x, float y) {
     return emitted(in->world, found ? &hit : NULL, direction);
 }
 
-/* Adds next-event estimation at the first hit; mixture_pdf tells the density of the bounce for MIS.
- */
-static void add_direct(const struct integrator *in, const struct shading *s,
-                       struct sampler *sampler, const struct map_mixture *mixture, bool uniform,
-                       struct path_sample *out) {
-    struct light_sample light;
-    struct vec3 direct = direct_light(in->world, s, sampler, &light);
-    if (is_black(direct))
-        return;
-    out->rays++;
-    if (!light_visible(in->world, s, &light))
-        return;
-    float pdf = uniform ? 0.5f / PI_F : bsdf_pdf(s, light.direction);
-    if (mixture->count)
-        pdf = in->bsdf_fraction * pdf +
-              (1 - in->bsdf_fraction) * map_mixture_pdf(mixture, light.direction);
-    out->radiance = add(out->radiance, scale(direct, power_heuristic(light.pdf, pdf)));
-}
+static const struct path_notes no_notes = {NULL, NULL, NULL};
 
-/* Follows the bounce in `direction`, drawn with density pdf, and adds what it brings. */
-static struct incident add_bounce(const struct integrator *in, const struct shading *s,
-                                  struct sampler *sampler, struct vec3 direction, float pdf,
-                                  struct path_sample *out) {
-    struct vec3 weight = scale(bsdf_times_cosine(s, direction), 1 / pdf);
-    struct incident incident =
-        trace_incident(in, sampler, s->position, s->geometric_normal, direction, pdf, 1, weight);
+/* Follows the bounce from the first hit and adds what it brings. */
+static void add_bounce(const struct integrator *in, const struct shading *s,
+                       struct sampler *sampler, const struct bounce *b,
+                       const struct path_notes *notes, struct path_sample *out) {
+    struct path_state state = {.depth = 1, .throughput = b->weight, .log = notes->log};
+    log_vertex(notes->log, s, b, vec(1, 1, 1));
+    struct incident incident = trace_incident(in, sampler, state, s->position, s->geometric_normal,
+                                              b->direction, b->pdf.mixture, notes->second);
     out->rays += incident.rays;
-    out->radiance = add(out->radiance, mul(weight, incident.radiance));
-    return incident;
+    out->bounce = mul(b->weight, incident_radiance(&incident, b->pdf.mixture));
+    out->radiance = add(out->radiance, out->bounce);
+    if (!notes->record)
+        return;
+    *notes->record = (struct look_record){.position = s->position,
+                                          .normal = s->normal,
+                                          .depth = out->depth,
+                                          .direction = b->direction,
+                                          .bin = (uint16_t)sphere_bin(b->direction),
+                                          .radiance = add(incident.emission, incident.reflected),
+                                          .emitted = mean_component(incident.emission) *
+                                                     power_heuristic(LOOK_PDF, incident.light_pdf),
+                                          .reflected = mean_component(incident.reflected),
+                                          .distance = incident.distance,
+                                          .second_normal = incident.normal};
 }
 
-struct path_sample trace_path(const struct integrator *in, int x, int y, struct sampler *sampler) {
+static void clear_notes(const struct path_notes *notes) {
+    if (notes->log)
+        notes->log->count = 0;
+    if (notes->record)
+        *notes->record = (struct look_record){.depth = 0};
+    if (notes->second)
+        *notes->second = (struct look_second){.albedo = 0};
+}
+
+struct path_sample trace_path(const struct integrator *in, int x, int y, struct sampler *sampler,
+                              const struct path_notes *notes) {
     struct path_sample out = {.rays = 0};
     struct shading s;
+    notes = notes ? notes : &no_notes;
+    clear_notes(notes);
     if (!first_hit(in, x, y, sampler, &out, &s))
         return out;
-    struct map_mixture mixture = {.count = 0};
-    if (in->maps)
-        mixture = maps_at(in->maps, x, y, s.position, s.normal);
-    out.guided = mixture.count > 0;
+    struct proposal proposal = proposal_at(&in->guides, x, y, 0, &s);
+    out.guided = proposal.bsdf_fraction < 1;
     if (is_black(s.albedo))
         return out;
-    add_direct(in, &s, sampler, &mixture, false, &out);
-
-    float u[2], choice = sampler_1d(sampler);
-    sampler_2d(sampler, u);
-    bool from_map = mixture.count > 0 && choice >= in->bsdf_fraction;
-    struct vec3 direction = from_map ? map_mixture_sample(&mixture, u) : bsdf_sample(&s, u);
-    float pdf = bsdf_pdf(&s, direction);
-    if (!(pdf > 0))
-        return out;
-    if (mixture.count)
-        pdf = in->bsdf_fraction * pdf +
-              (1 - in->bsdf_fraction) * map_mixture_pdf(&mixture, direction);
-    add_bounce(in, &s, sampler, direction, pdf, &out);
+    out.radiance = add(out.radiance, direct_light(in, &s, sampler, &proposal, 0, &out.rays, NULL));
+    sampler_branch(sampler, BRANCH_PATHS + in->part);
+    struct bounce bounce;
+    if (draw_bounce(&s, sampler, &proposal, &bounce))
+        add_bounce(in, &s, sampler, &bounce, notes, &out);
     return out;
 }
 
 struct path_sample trace_look_path(const struct integrator *in, int x, int y,
                                    struct sampler *sampler, const float u[2],
-                                   struct look_record *record) {
+                                   const struct path_notes *notes) {
     struct path_sample out = {.rays = 0};
     struct shading s;
-    *record = (struct look_record){.depth = 0};
+    clear_notes(notes);
     if (!first_hit(in, x, y, sampler, &out, &s))
         return out;
-    struct map_mixture none = {.count = 0};
-    add_direct(in, &s, sampler, &none, true, &out);
+    struct proposal none = proposal_bsdf();
+    struct vec3 direct = direct_light(in, &s, sampler, &none, LOOK_PDF, &out.rays, NULL);
+    out.radiance = add(out.radiance, direct);
+    sampler_branch(sampler, BRANCH_LOOK);
     struct basis basis = basis_around(s.normal);
-    struct vec3 direction = normalize(to_world(&basis, uniform_hemisphere(u)));
-    struct incident incident = add_bounce(in, &s, sampler, direction, 0.5f / PI_F, &out);
-    *record = (struct look_record){.position = s.position,
-                                   .normal = s.normal,
-                                   .depth = out.depth,
-                                   .direction = direction,
-                                   .radiance = incident.full,
-                                   .weighted = mean_component(incident.radiance),
-                                   .distance = incident.distance,
-                                   .second_normal = incident.normal};
+    struct bounce b = {.direction = normalize(to_world(&basis, uniform_hemisphere(u))),
+                       .pdf = {.mixture = LOOK_PDF}};
+    b.weight = scale(bsdf_times_cosine(&s, b.direction), 1 / LOOK_PDF);
+    add_bounce(in, &s, sampler, &b, notes, &out);
+    if (notes->record)
+        notes->record->direct = vec(ratio(direct.x, s.albedo.x), ratio(direct.y, s.albedo.y),
+                                    ratio(direct.z, s.albedo.z));
     return out;
 }

@@ -6,57 +6,80 @@
  */
 
 #include "guide/odis/look.h"
-#include "guide/odis/maps.h"
-#include "guide/trace/bsdf.h"
+#include "guide/trace/basis.h"
+#include "guide/trace/proposal.h"
 #include "guide/trace/sampler.h"
+#include "guide/trace/vertex_log.h"
 
 struct integrator {
     const struct fewray_world *world;
-    int width, height;              /* picture, pixels */
-    int max_depth, rr_depth;        /* as Mitsuba counts; max_depth < 0: no limit */
-    const struct fewray_maps *maps; /* NULL: not guided */
-    float bsdf_fraction;
+    int width, height;       /* picture, pixels */
+    int max_depth, rr_depth; /* as Mitsuba counts; max_depth < 0: no limit */
+    struct guides guides;
+    uint32_t part; /* of the samples: guides don't change within one */
 };
 
 /* One camera path and what its first hit showed. */
 struct path_sample {
     struct vec3 radiance; /* emission included */
     struct vec3 emission; /* of the first hit, or the background */
+    struct vec3 bounce;   /* what came by the first bounce */
     struct vec3 albedo, normal;
     float depth; /* distance of the first hit; 0 = miss */
     float alpha; /* 1 where something is seen: a surface or an environment */
-    bool guided; /* a map could be sampled */
+    bool guided; /* the first bounce could be drawn from a guide */
     int rays;
 };
 
 /* What a ray that leaves a surface brings back. */
 struct incident {
-    struct vec3 radiance; /* emission at the ray's end weighted against next-event estimation */
-    struct vec3 full;     /* the same with the emission unweighted: the incident radiance itself */
-    float distance;       /* to the ray's end; 0 = none */
-    struct vec3 normal;   /* at the ray's end, towards the ray */
+    struct vec3 emission;  /* of the ray's end */
+    float light_pdf;       /* with which next-event estimation draws that point (solid angle) */
+    struct vec3 reflected; /* one estimate of what the ray's end reflects */
+    float distance;        /* to the ray's end; 0 = none */
+    struct vec3 normal;    /* at the ray's end, towards the ray */
     int rays;
 };
 
-/* Estimates the radiance along a unit direction from a surface point. pdf: density (solid angle)
- * with which the direction was drawn. depth: vertices on the path so far (1 at the camera's first
- * hit). throughput: of the path so far, for Russian roulette alone. */
-struct incident trace_incident(const struct integrator *in, struct sampler *sampler,
-                               struct vec3 position, struct vec3 geometric_normal,
-                               struct vec3 direction, float pdf, int depth, struct vec3 throughput);
+/* What a vertex's sample brings beside next-event estimation where its direction has density pdf.
+ */
+static inline struct vec3 incident_radiance(const struct incident *i, float pdf) {
+    return add(scale(i->emission, power_heuristic(pdf, i->light_pdf)), i->reflected);
+}
 
-/* A camera path through the pixel (x, y); the first bounce is drawn from the maps where there are
- * some, else from the BSDF. */
-struct path_sample trace_path(const struct integrator *in, int x, int y, struct sampler *sampler);
+/* What a path hands on to its next part. */
+struct path_state {
+    int depth;              /* vertices so far: 1 after the camera's first hit */
+    struct vec3 throughput; /* for Russian roulette alone */
+    struct vertex_log *log; /* NULL: none */
+};
+
+/* Estimates the radiance along a unit direction from a surface point. pdf: density (solid angle)
+ * with which the direction was drawn. *second, where not NULL, gets what the ray's end saw. */
+struct incident trace_incident(const struct integrator *in, struct sampler *sampler,
+                               struct path_state state, struct vec3 position,
+                               struct vec3 geometric_normal, struct vec3 direction, float pdf,
+                               struct look_second *second);
+
+/* What a path tells beside its radiance; each may be NULL. */
+struct path_notes {
+    struct vertex_log *log;
+    struct look_record *record;
+    struct look_second *second;
+};
+
+/* A camera path through the pixel (x, y); directions are drawn from the guides where there are
+ * some, else from the BSDF. notes may be NULL. */
+struct path_sample trace_path(const struct integrator *in, int x, int y, struct sampler *sampler,
+                              const struct path_notes *notes);
+
+/* The same with a first bounce in the direction that `u` warps to uniformly over the hemisphere. */
+struct path_sample trace_look_path(const struct integrator *in, int x, int y,
+                                   struct sampler *sampler, const float u[2],
+                                   const struct path_notes *notes);
 
 /* Radiance that is emitted by what the camera sees at (x, y), in pixels from the upper left corner.
  */
 struct vec3 trace_emission(const struct integrator *in, float x, float y);
-
-/* A camera path whose first bounce has the direction that `u` warps to uniformly over the
- * hemisphere; fills *record. */
-struct path_sample trace_look_path(const struct integrator *in, int x, int y,
-                                   struct sampler *sampler, const float u[2],
-                                   struct look_record *record);
 
 #endif

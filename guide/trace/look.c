@@ -40,44 +40,56 @@ static void look_tile(void *user, int x0, int y0, int x1, int y1,
             size_t pixel = (size_t)y * (size_t)job->film->width + (size_t)x;
             struct pixel_sums sums = {0};
             for (int s = 0; s < n; s++) {
-                struct sampler sampler = sampler_start(
-                    hash_combine(hash_combine(job->seed, (uint32_t)x), (uint32_t)y), (uint32_t)s);
+                struct sampler sampler =
+                    sampler_start(pixel_seed(job->settings, x, y), (uint32_t)s);
                 float u[2];
                 look_direction(job->seed, x, y, s, u);
-                struct path_sample p =
-                    trace_look_path(&job->integrator, x, y, &sampler, u,
-                                    &job->look->records[pixel * (size_t)n + (size_t)s]);
+                size_t i = pixel * (size_t)n + (size_t)s;
+                const struct path_notes notes = {
+                    .record = &job->look->records[i],
+                    .second = job->look->seconds ? &job->look->seconds[i] : NULL};
+                struct path_sample p = trace_look_path(&job->integrator, x, y, &sampler, u, &notes);
                 pixel_sums_add(&sums, &p);
                 stats->rays += p.rays;
             }
             stats->paths += n;
             stats->dropped += sums.dropped;
-            film_store(job->film, x, y, GROUP_LOOK, &sums);
+            film_add(job->film, x, y, GROUP_LOOK, &sums);
         }
+}
+
+int look_create(int width, int height, int samples, bool seconds, struct fewray_look **out,
+                struct fewray_error *error) {
+    struct fewray_look *look = calloc(1, sizeof(*look));
+    if (look) {
+        size_t n = (size_t)width * (size_t)height * (size_t)samples;
+        *look = (struct fewray_look){width, height, samples, NULL, NULL};
+        look->records = calloc(n, sizeof(*look->records));
+        if (seconds)
+            look->seconds = calloc(n, sizeof(*look->seconds));
+        if (!look->records || (seconds && !look->seconds))
+            fewray_look_destroy(&look);
+    }
+    *out = look;
+    return look ? FEWRAY_OK
+                : fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
+                              "no memory for the records of the guide");
 }
 
 int fewray_trace_look(const struct fewray_world *world,
                       const struct fewray_render_settings *settings, struct fewray_film *film,
                       struct fewray_look **out, struct fewray_render_stats *stats,
                       struct fewray_error *error) {
-    *out = NULL;
-    struct fewray_look *look = calloc(1, sizeof(*look));
-    if (look) {
-        *look = (struct fewray_look){film->width, film->height, settings->initial, NULL};
-        look->records =
-            calloc((size_t)film->width * (size_t)film->height * (size_t)settings->initial,
-                   sizeof(*look->records));
-    }
-    if (!look || !look->records) {
-        fewray_look_destroy(&look);
-        return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
-                           "no memory for the first look's records");
-    }
-    struct look_job job = {
-        settings, film_integrator(world, film, NULL, settings), film, look,
-        hash_combine((uint32_t)settings->seed ^ STREAM_LOOK, (uint32_t)(settings->seed >> 32))};
+    struct fewray_look *look;
     int status =
-        tiles_run(film->width, film->height, settings, "first look", look_tile, &job, stats, error);
+        look_create(film->width, film->height, settings->initial, settings->probes, &look, error);
+    if (!status) {
+        struct look_job job = {
+            settings, film_integrator(world, film, settings), film, look,
+            hash_combine((uint32_t)settings->seed ^ STREAM_LOOK, (uint32_t)(settings->seed >> 32))};
+        status = tiles_run(film->width, film->height, settings, "first look", look_tile, &job,
+                           stats, error);
+    }
     *out = look;
     return status;
 }
@@ -86,6 +98,7 @@ void fewray_look_destroy(struct fewray_look **look) {
     if (!*look)
         return;
     free((*look)->records);
+    free((*look)->seconds);
     free(*look);
     *look = NULL;
 }

@@ -3,46 +3,128 @@
 
 #include "guide/trace/tiles.h"
 
-#define STREAM_REST 0x72657374u
+/* Progress of a part of the samples as progress of them all. */
+struct progress_part {
+    const struct fewray_render_settings *settings;
+    double begin, end;
+};
+
+static void progress_of_part(void *user, const char *phase, double fraction) {
+    const struct progress_part *part = user;
+    part->settings->progress(part->settings->progress_user, phase,
+                             part->begin + (part->end - part->begin) * fraction);
+}
+
+#define KEPT_SAMPLES 2 /* of a pixel between two refinements, for new probes */
 
 struct rest_job {
     const struct fewray_render_settings *settings;
     struct integrator integrator;
     struct fewray_film *film;
-    int samples; /* a pixel */
-    uint32_t seed;
+    struct fewray_maps *learning; /* maps that the samples teach; NULL: none */
+    struct fewray_look *kept;     /* the last samples before a refinement; NULL: not wanted */
+    int look;                     /* samples a pixel of the look */
+    int first, end;               /* samples a pixel after it: first <= s < end */
 };
+
+/* Where what sample s of a pixel saw is to be written. */
+static struct path_notes notes_for(const struct rest_job *job, int x, int y, int s,
+                                   struct look_record *record) {
+    struct path_notes notes = {.record = job->learning ? record : NULL};
+    int kept = s - (job->end - KEPT_SAMPLES);
+    if (job->learning && job->kept && kept >= 0) {
+        size_t i = ((size_t)y * (size_t)job->kept->width + (size_t)x) * KEPT_SAMPLES + (size_t)kept;
+        notes.record = &job->kept->records[i];
+        notes.second = &job->kept->seconds[i];
+    }
+    return notes;
+}
 
 static void rest_tile(void *user, int x0, int y0, int x1, int y1,
                       struct fewray_render_stats *stats) {
     struct rest_job *job = user;
+    struct look_record record;
     for (int y = y0; y < y1; y++)
         for (int x = x0; x < x1 && !is_cancelled(job->settings); x++) {
-            uint32_t seed = hash_combine(hash_combine(job->seed, (uint32_t)x), (uint32_t)y);
+            uint32_t seed = pixel_seed(job->settings, x, y);
             struct pixel_sums sums = {0};
             bool guided = false;
-            for (int s = 0; s < job->samples; s++) {
-                struct sampler sampler = sampler_start(seed, (uint32_t)s);
-                struct path_sample p = trace_path(&job->integrator, x, y, &sampler);
+            for (int s = job->first; s < job->end; s++) {
+                struct sampler sampler = sampler_start(seed, (uint32_t)(job->look + s));
+                struct path_notes notes = notes_for(job, x, y, s, &record);
+                struct path_sample p = trace_path(&job->integrator, x, y, &sampler, &notes);
                 pixel_sums_add(&sums, &p);
                 stats->rays += p.rays;
                 guided |= p.guided;
+                if (job->learning)
+                    maps_learn(job->learning, x, y, notes.record);
             }
-            stats->paths += job->samples;
+            stats->paths += job->end - job->first;
             stats->dropped += sums.dropped;
-            stats->pixels_guided += guided;
-            film_store(job->film, x, y, GROUP_REST, &sums);
+            stats->pixels_guided += guided && job->first == 0;
+            film_add(job->film, x, y, GROUP_REST, &sums);
         }
 }
 
-int fewray_trace_rest(const struct fewray_world *world, const struct fewray_maps *maps,
+/* Samples a pixel before which the maps are refined next, the look included. */
+static int next_refinement(int done) {
+    int spp = MAPS_LEARN_SPP;
+    while (spp <= done && spp <= INT32_MAX / 4)
+        spp *= 4;
+    return spp;
+}
+
+/* Samples first..end - 1 of each pixel. */
+static int trace_part(struct rest_job *job, int samples, struct fewray_render_stats *stats,
+                      struct fewray_error *error) {
+    const struct fewray_render_settings *settings = job->settings;
+    struct fewray_render_settings part = *settings;
+    struct progress_part share = {settings, (double)job->first / samples,
+                                  (double)job->end / samples};
+    part.progress = settings->progress ? progress_of_part : NULL;
+    part.progress_user = &share;
+    return tiles_run(job->film->width, job->film->height, &part, "render", rest_tile, job, stats,
+                     error);
+}
+
+/* New maps from all samples so far, new probes from the last ones, which saw more light than the
+ * look. */
+static int refine(struct rest_job *job, struct fewray_maps *maps, struct fewray_error *error) {
+    int threads = film_threads(job->settings);
+    maps_refine(maps, threads);
+    job->integrator.part++;
+    if (!job->kept)
+        return FEWRAY_OK;
+    probes_destroy(&maps->probes);
+    int status = probes_create(job->kept, threads, &maps->probes, error);
+    job->integrator.guides.probes = maps->probes;
+    return status;
+}
+
+int fewray_trace_rest(const struct fewray_world *world, struct fewray_maps *maps,
                       const struct fewray_render_settings *settings, struct fewray_film *film,
                       struct fewray_render_stats *stats, struct fewray_error *error) {
-    int samples = settings->spp - (maps ? settings->initial : 0);
-    if (samples <= 0)
-        return FEWRAY_OK;
+    int look = maps ? settings->initial : 0, samples = settings->spp - look, status = FEWRAY_OK;
     struct rest_job job = {
-        settings, film_integrator(world, film, maps, settings), film, samples,
-        hash_combine((uint32_t)settings->seed ^ STREAM_REST, (uint32_t)(settings->seed >> 32))};
-    return tiles_run(film->width, film->height, settings, "render", rest_tile, &job, stats, error);
+        .settings = settings,
+        .integrator = film_integrator(world, film, settings),
+        .film = film,
+        .look = look,
+    };
+    if (maps)
+        job.integrator.guides = (struct guides){.maps = maps, .probes = maps->probes};
+    while (job.end < samples && !status) {
+        job.first = job.end;
+        int refinement = next_refinement(look + job.first) - look;
+        bool last = !maps || !maps->sums || refinement >= samples;
+        job.end = last ? samples : refinement;
+        job.learning = last ? NULL : maps;
+        if (job.learning && maps->probes && !job.kept && job.end - job.first >= KEPT_SAMPLES)
+            status = look_create(film->width, film->height, KEPT_SAMPLES, true, &job.kept, error);
+        status = status ? status : trace_part(&job, samples, stats, error);
+        if (!status && !last)
+            status = refine(&job, maps, error);
+    }
+    fewray_look_destroy(&job.kept);
+    return status;
 }

@@ -72,6 +72,11 @@ static inline struct sampler sampler_start(uint32_t seed, uint32_t index) {
     return (struct sampler){seed, index, 0};
 }
 
+/* Makes the dimensions from here on independent of those of samplers that branched otherwise. */
+static inline void sampler_branch(struct sampler *s, uint32_t branch) {
+    s->seed = hash_combine(s->seed, branch);
+}
+
 static inline void sampler_2d(struct sampler *s, float u[2]) {
     sobol_point(s->index, hash_combine(s->seed, s->dimension++), u);
 }

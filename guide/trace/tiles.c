@@ -10,6 +10,7 @@ static void add_stats(struct fewray_render_stats *sum, const struct fewray_rende
     sum->dropped += part->dropped;
     sum->grids += part->grids;
     sum->grids_inferred += part->grids_inferred;
+    sum->grids_shared += part->grids_shared;
     sum->edge_pixels += part->edge_pixels;
     sum->pixels_guided += part->pixels_guided;
 }

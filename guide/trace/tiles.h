@@ -12,6 +12,12 @@ static inline bool is_cancelled(const struct fewray_render_settings *settings) {
     return settings->cancel && *settings->cancel;
 }
 
+/* Seed of a pixel's samples. */
+static inline uint32_t pixel_seed(const struct fewray_render_settings *settings, int x, int y) {
+    uint32_t seed = hash_combine((uint32_t)settings->seed, (uint32_t)(settings->seed >> 32));
+    return hash_combine(hash_combine(seed, (uint32_t)x), (uint32_t)y);
+}
+
 /* What one tile of pixels x0 <= x < x1, y0 <= y < y1 does; counts go to *stats, which no other tile
  * touches. */
 typedef void (*tile_function)(void *user, int x0, int y0, int x1, int y1,

@@ -8,12 +8,18 @@ import torch.nn as nn
 import torch.nn.functional as F
 
 ROWS = COLUMNS = 32
-PLANES = 10                    # gathered planes of a bin (guide/odis/gather.h)
-MASK, COSINE, FILL = 10, 11, 12
-INPUTS = 13
+# Gathered planes of a bin (guide/odis/gather.h), by the names that --drop and a weights file's info
+# use.
+PLANE_NAMES = {"radiance": (0,), "pooled": (1,), "moment": (2,), "count": (3,), "depth": (4,),
+               "normal": (5, 6, 7), "distance": (8,), "second_normal": (9, 10, 11)}
+PLANES = 12
+MASK, COSINE, FILL = 12, 13, 14
+INPUTS = 15
 FILL_SCALE = 0.25              # brings the fill's natural logarithm to the size of the other inputs
 MU = 5000.0                    # of the range compressor (paper, eq. 3)
 SLOPE = 0.2                    # of the leaky ReLU
+FRACTION_LEAST = 0.05          # of the samples come from the BSDF at least: keeps weights bounded
+FRACTION_START = 0.3           # before training
 
 
 def range_compress(radiance):
@@ -43,26 +49,28 @@ class SphereConv(nn.Conv2d):
 
 
 class Odis(nn.Module):
-    """(N, 13, 32, 32) gathered bins -> (N, 2, 32, 32): log of the root second moment,
-    range-compressed mean radiance."""
+    """(N, 15, 32, 32) gathered bins -> (N, 2, 32, 32): log of the root second moment,
+    range-compressed mean radiance; and (N): the fraction of samples for the BSDF."""
 
     def __init__(self):
         super().__init__()
-        self.stem = nn.Conv2d(4 * INPUTS, 16, 1)
-        self.enc0 = SphereConv(16, 16)    # 16x16
-        self.enc1a = SphereConv(16, 32)   # 8x8
-        self.enc1b = SphereConv(32, 32)
-        self.enc2a = SphereConv(32, 32)   # 4x4
-        self.enc2b = SphereConv(32, 32)
-        self.up1 = nn.Conv2d(32, 32, 1)
-        self.dec1 = SphereConv(32, 32)
+        self.stem = nn.Conv2d(4 * INPUTS, 16, 1)  # 16x16
+        self.enc1 = SphereConv(16, 32)            # 8x8
+        self.enc2a = SphereConv(32, 48)           # 4x4
+        self.enc2b = SphereConv(48, 48)
+        self.up1 = nn.Conv2d(48, 32, 1)
+        self.dec1 = SphereConv(32, 32)            # 8x8
         self.up0 = nn.Conv2d(32, 16, 1)
-        self.dec0 = SphereConv(16, 16)
+        self.dec0 = SphereConv(16, 16)            # 16x16
         self.head = nn.Conv2d(16, 8, 1)
+        self.mix = nn.Conv2d(48, 1, 1)            # 1x1
         for layer in self.children():
             nn.init.kaiming_normal_(layer.weight, a=SLOPE)
             nn.init.zeros_(layer.bias)
         nn.init.normal_(self.head.weight, std=0.01)  # starts as the fill alone
+        nn.init.normal_(self.mix.weight, std=0.01)
+        share = (FRACTION_START - FRACTION_LEAST) / (1 - FRACTION_LEAST)
+        nn.init.constant_(self.mix.bias, math.log(share / (1 - share)))
 
     @staticmethod
     def cells(bins):
@@ -85,17 +93,20 @@ class Odis(nn.Module):
             return out[name]
 
         up = dict(scale_factor=2, mode="nearest")
-        e0 = run("enc0", run("stem", self.cells(bins)))
-        e1 = run("enc1b", run("enc1a", F.avg_pool2d(e0, 2)))
+        e0 = run("stem", self.cells(bins))
+        e1 = run("enc1", F.avg_pool2d(e0, 2))
         e2 = run("enc2b", run("enc2a", F.avg_pool2d(e1, 2)))
         d1 = run("dec1", e1 + F.interpolate(run("up1", e2, False), **up))
         d0 = run("dec0", e0 + F.interpolate(run("up0", d1, False), **up))
         run("head", d0, False)
+        run("mix", e2.mean((2, 3), keepdim=True), False)
         return out
 
     def forward(self, bins):
-        correction, radiance = F.pixel_shuffle(self.layers(bins)["head"], 2).split(1, 1)
-        return torch.cat([bins[:, FILL:] + correction, radiance], 1)
+        layers = self.layers(bins)
+        correction, radiance = F.pixel_shuffle(layers["head"], 2).split(1, 1)
+        fraction = FRACTION_LEAST + (1 - FRACTION_LEAST) * torch.sigmoid(layers["mix"].flatten())
+        return torch.cat([bins[:, FILL:] + correction, radiance], 1), fraction
 
 
 class Discriminator(nn.Module):

@@ -6,7 +6,7 @@ import argparse
 
 import numpy as np
 
-from dataset import RECORD
+from dataset import RECORD, header
 from model import COLUMNS, MU, ROWS
 
 
@@ -40,15 +40,16 @@ def make(rng, scene, dirs):
     mask.flat[np.argmax(cosine)] = 1
     scale = noisy[mask > 0].mean()
     compress = lambda v: np.log1p(MU * v) / np.log1p(MU)
-    record["scene"], record["samples"] = scene, 1
+    record["scene"], record["samples"], record["window"] = scene, 1, 3
     radiance, normals = compress(noisy / scale), [np.full_like(truth, n) for n in normal]
-    planes = [radiance, np.ones_like(truth), *normals, np.full_like(truth, 0.7),
-              *[-dirs[..., i] for i in range(3)], radiance]
-    record["input"][:10] = np.stack(planes) * mask
-    record["input"][10], record["input"][11] = mask, cosine
-    record["input"][12] = coarse_fill(noisy / scale, mask)
-    record["target"][0] = truth / scale * (cosine > 0)
-    record["target"][1] = truth / scale * np.sqrt(2) * (cosine > 0)
+    planes = [radiance, radiance, radiance, np.full_like(truth, 0.25), np.ones_like(truth),
+              *normals, np.full_like(truth, 0.7), *[-dirs[..., i] for i in range(3)]]
+    record["input"][:12] = np.stack(planes) * mask
+    record["input"][12], record["input"][13] = mask, cosine
+    record["input"][14] = coarse_fill(noisy / scale, mask)
+    target = np.stack([truth, truth * np.sqrt(2)]) / scale * (cosine > 0)
+    record["target_scale"] = target.max() / 32768
+    record["target"] = target / record["target_scale"]
     return record
 
 
@@ -61,9 +62,9 @@ def main():
     args = p.parse_args()
     rng, dirs = np.random.default_rng(args.seed), directions()
     with open(args.output, "wb") as file:
-        file.write(b"ODISDATA" + np.array([1, RECORD.itemsize], "<u4").tobytes())
+        file.write(header())
         for i in range(args.maps):
-            file.write(make(rng, i % args.scenes, dirs).tobytes())
+            file.write(make(rng, i * args.scenes // args.maps, dirs).tobytes())
 
 
 if __name__ == "__main__":

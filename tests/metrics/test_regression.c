@@ -33,6 +33,7 @@ static struct fewray_job make_job(const struct regression_case *test, char *scen
     job.settings.width = test->width;
     job.settings.height = test->height;
     job.settings.spp = test->spp;
+    job.pilot = false; /* the guide is to be measured, at a size where it would be left out */
     return job;
 }
 

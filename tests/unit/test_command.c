@@ -75,6 +75,10 @@ static void test_wrong_command_lines_exit_2_with_one_line(void **state) {
         "render " SCENE " -o out.exr --width 65536 --height 65536",
         "render " SCENE " -o out.exr -D novalue",
         "render " SCENE " -o out.exr --png out.exr",
+        "render " SCENE " -o out.exr --guide best",
+        "render " SCENE " -o out.exr --bsdf-fraction -0.1",
+        "render " SCENE " -o out.exr --map-bins 12",
+        "render " SCENE " -o out.exr --probes maybe",
         "denoise -o out.exr",
         "denoise in.exr",
         "denoise in.exr -o out.exr --layers frobnicate",
@@ -136,6 +140,45 @@ static void test_the_whole_way(void **state) {
     json_decref(stats);
 }
 
+static long long stat_of_render(const char *options, const char *name) {
+    char line[512], path[64];
+    snprintf(line, sizeof line,
+             "render " SCENE " -o guide.exr --stats guide.json --width 40 --height 30 --spp 6 "
+             "--denoise off %s",
+             options);
+    expect_success(line);
+    snprintf(path, sizeof path, "%s/guide.json", folder);
+    json_t *stats = json_load_file(path, 0, NULL);
+    assert_non_null(stats);
+    const long long value = json_integer_value(json_object_get(stats, name));
+    assert_int_equal(json_integer_value(json_object_get(stats, "paths")), 40 * 30 * 6);
+    json_decref(stats);
+    return value;
+}
+
+static void test_every_guide_can_be_chosen(void **state) {
+    (void)state;
+    assert_int_equal(stat_of_render("--guide off", "grids"), 0);
+    assert_int_equal(stat_of_render("--guide ppg", "grids"), 0);
+    assert_true(stat_of_render("--guide ppg", "pixels_guided") > 0);
+    assert_int_equal(stat_of_render("--guide odis", "grids"),
+                     0); /* so small a picture does without */
+    assert_int_equal(stat_of_render("--guide odis --pilot off", "grids"), 5 * 4);
+    assert_int_equal(stat_of_render("--guide paper", "grids"), 5 * 4);
+    assert_true(
+        stat_of_render("--pilot off --probes off --refine off --map-bins 8 --bsdf-fraction 0",
+                       "pixels_guided") > 0);
+}
+
+/* The order on the command line doesn't matter. */
+static void test_given_options_override_the_papers(void **state) {
+    (void)state;
+    assert_true(stat_of_render("--guide paper", "pixels_guided") > 0);
+    /* nothing but the BSDF: no pixel is guided */
+    assert_int_equal(stat_of_render("--bsdf-fraction 1 --guide paper", "pixels_guided"), 0);
+    assert_int_equal(stat_of_render("--guide paper --bsdf-fraction 1", "pixels_guided"), 0);
+}
+
 static void test_an_interrupted_render_leaves_what_is_done(void **state) {
     (void)state;
     char line[1024];
@@ -168,6 +211,8 @@ int main(void) {
         cmocka_unit_test(test_failed_work_exits_1_and_names_the_file),
         cmocka_unit_test(test_help_and_version_exit_0),
         cmocka_unit_test(test_the_whole_way),
+        cmocka_unit_test(test_every_guide_can_be_chosen),
+        cmocka_unit_test(test_given_options_override_the_papers),
         cmocka_unit_test(test_an_interrupted_render_leaves_what_is_done),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);

@@ -5,8 +5,10 @@
 #include "tests/unit/check.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "denoise/nn/nn.h"
 #include "guide/odis/network.h"
 
 #define INPUTS (GATHER_PLANES + 3)
@@ -15,12 +17,49 @@ static void read_whole(FILE *file, void *data, size_t bytes) {
     assert_int_equal(fread(data, 1, bytes, file), bytes);
 }
 
-static void skip_layer(FILE *file) {
-    char name[16];
-    int32_t shape[3];
-    read_whole(file, name, sizeof(name));
-    read_whole(file, shape, sizeof(shape));
-    assert_int_equal(fseek(file, (long)shape[0] * shape[1] * shape[2] * 4, SEEK_CUR), 0);
+/* A layer's stored output, (channels, height, width). */
+struct reference {
+    char name[17];
+    int32_t channels, height, width;
+    float *values;
+};
+
+static void read_layer(FILE *file, struct reference *layer) {
+    memset(layer, 0, sizeof(*layer));
+    read_whole(file, layer->name, 16);
+    read_whole(file, &layer->channels, 3 * sizeof(int32_t));
+    size_t count = (size_t)layer->channels * (size_t)layer->height * (size_t)layer->width;
+    assert_true(count > 0 && count < 1 << 20);
+    layer->values = malloc(count * sizeof(float));
+    assert_non_null(layer->values);
+    read_whole(file, layer->values, count * sizeof(float));
+}
+
+static const struct reference *find(const struct reference *layers, const char *name) {
+    while (strcmp(layers->name, name))
+        layers++;
+    return layers;
+}
+
+static float value_at(const struct reference *layer, int channel, int y, int x) {
+    return layer->values[(channel * layer->height + y) * layer->width + x];
+}
+
+/* Compares what a layer left; added: the layer whose upsampled output was added to it, or NULL. */
+static void compare_layer(const struct odis_network *network, const struct reference *layer,
+                          const struct reference *added) {
+    const struct nn_tensor *t = odis_network_layer(network, layer->name);
+    assert_non_null(t);
+    assert_int_equal(t->height, layer->height);
+    assert_int_equal(t->width, layer->width);
+    for (int y = 0; y < layer->height; y++)
+        for (int x = 0; x < layer->width; x++)
+            for (int c = 0; c < layer->channels; c++) {
+                float expected = value_at(layer, c, y, x);
+                if (added)
+                    expected += value_at(added, c, y / 2, x / 2);
+                assert_near(nn_at(t, y, x)[c], expected, 1e-4);
+            }
 }
 
 static void read_input(FILE *file, struct gathered *g) {
@@ -49,15 +88,26 @@ static void test_c_equals_pytorch(void **state) {
     read_whole(file, magic, sizeof(magic));
     assert_memory_equal(magic, "ODISREFS", 8);
     read_whole(file, head, sizeof(head));
+    assert_int_equal(head[0], 2);
     assert_true(head[1] > 0);
+    assert_true(head[2] > 0 && head[2] <= 16);
     for (uint32_t i = 0; i < head[1]; i++) {
         static struct gathered g;
+        struct reference layers[16];
         float wanted[SPHERE_BINS], radiance[SPHERE_BINS], expected[2][SPHERE_BINS];
+        float fraction, expected_fraction;
         read_input(file, &g);
         for (uint32_t layer = 0; layer < head[2]; layer++)
-            skip_layer(file);
+            read_layer(file, &layers[layer]);
         read_whole(file, expected, sizeof(expected));
-        odis_network_run(network, &g, wanted, radiance);
+        read_whole(file, &expected_fraction, sizeof(expected_fraction));
+        odis_network_run(network, &g, wanted, radiance, &fraction);
+        for (uint32_t layer = 0; layer < head[2]; layer++) {
+            const char *name = layers[layer].name;
+            const char *skip = !strcmp(name, "stem") ? "up0" : !strcmp(name, "enc1") ? "up1" : NULL;
+            compare_layer(network, &layers[layer], skip ? find(layers, skip) : NULL);
+        }
+        assert_near(fraction, expected_fraction, 1e-5);
         for (int b = 0; b < SPHERE_BINS; b++) {
             if (!(g.cosine[b] > 0)) {
                 assert_true(wanted[b] == 0 && radiance[b] == 0);
@@ -66,6 +116,8 @@ static void test_c_equals_pytorch(void **state) {
             assert_near(logf(wanted[b]), expected[0][b], 1e-4);
             assert_near(range_compress(radiance[b]), fminf(fmaxf(expected[1][b], 0), 4), 1e-4);
         }
+        for (uint32_t layer = 0; layer < head[2]; layer++)
+            free(layers[layer].values);
     }
     fclose(file);
     odis_network_destroy(&network);

@@ -39,6 +39,48 @@ static void test_pixels_are_decorrelated(void **state) {
     assert_near(sum / 10000 * 12, 0, 0.05);
 }
 
+/* Of a pixel's four samples, the look's and the rest's, each pair of dimensions before the branch
+ * falls into the four quarters of the square, and into the quarters of either axis. */
+static void test_samples_before_a_branch_are_stratified(void **state) {
+    (void)state;
+    for (uint32_t pixel = 0; pixel < 200; pixel++) {
+        int hits[3][12] = {{0}};
+        for (uint32_t i = 0; i < 4; i++) {
+            struct sampler sampler = sampler_start(hash_combine(11, pixel), i);
+            for (int pair = 0; pair < 3; pair++) {
+                float u[2];
+                sampler_2d(&sampler, u);
+                hits[pair][(int)(2 * u[0]) * 2 + (int)(2 * u[1])]++;
+                hits[pair][4 + (int)(4 * u[0])]++;
+                hits[pair][8 + (int)(4 * u[1])]++;
+            }
+        }
+        for (int k = 0; k < 36; k++)
+            assert_int_equal(hits[k / 12][k % 12], 1);
+    }
+}
+
+/* After it, equal dimensions are independent, those of one sample and of neighbouring ones. */
+static void test_branches_are_independent(void **state) {
+    (void)state;
+    enum { N = 10000 };
+    for (uint32_t index = 0; index < 2; index++) {
+        double products = 0;
+        for (uint32_t pixel = 0; pixel < N; pixel++) {
+            struct sampler a = sampler_start(hash_combine(12, pixel), 0);
+            struct sampler b = sampler_start(hash_combine(12, pixel), index);
+            float u[2], v[2];
+            sampler_2d(&a, u), sampler_2d(&b, v);
+            assert_true((u[0] == v[0] && u[1] == v[1]) == (index == 0));
+            sampler_branch(&a, 1), sampler_branch(&b, 2);
+            sampler_2d(&a, u), sampler_2d(&b, v);
+            assert_true(u[0] != v[0] || u[1] != v[1]);
+            products += (u[0] - 0.5) * (v[0] - 0.5) + (u[1] - 0.5) * (v[1] - 0.5);
+        }
+        assert_near(products / (2 * N) * 12, 0, 0.03);
+    }
+}
+
 static void test_cdf_follows_weights(void **state) {
     (void)state;
     const float weights[5] = {1, 0, 3, 0.5f, 0};
@@ -169,6 +211,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sobol_points_are_stratified),
         cmocka_unit_test(test_pixels_are_decorrelated),
+        cmocka_unit_test(test_samples_before_a_branch_are_stratified),
+        cmocka_unit_test(test_branches_are_independent),
         cmocka_unit_test(test_cdf_follows_weights),
         cmocka_unit_test(test_lambert_samples_follow_pdf),
         cmocka_unit_test(test_constant_environment_samples_follow_pdf),

@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef FEWRAY_GUIDE_PROPOSAL_H
+#define FEWRAY_GUIDE_PROPOSAL_H
+
+/* What a path vertex's next direction is drawn from: its BSDF, and what guides there, in a
+ * one-sample mixture. The same for every kind of guide. */
+
+#include "guide/odis/maps.h"
+#include "guide/odis/probes.h"
+#include "guide/trace/bsdf.h"
+
+struct ppg;
+struct ppg_leaf;
+
+/* The guides of a path; NULL where there is none. */
+struct guides {
+    const struct fewray_maps *maps; /* of the first vertex */
+    const struct probes *probes;    /* of those after it */
+    const struct ppg *ppg;          /* of all, instead of both */
+};
+
+struct proposal {
+    float bsdf_fraction; /* share of the directions that the BSDF draws; 1: nothing guides here */
+    float light_chance;  /* with which a shadow ray is worth tracing here, (0, 1] */
+    struct map_mixture maps;
+    const struct probe *probe;
+    const struct ppg_leaf *leaf;
+};
+
+struct proposal_pdf {
+    float mixture, bsdf, guide; /* solid angle; mixture = fraction bsdf + (1 - fraction) guide */
+};
+
+/* Nothing but the BSDF. */
+static inline struct proposal proposal_bsdf(void) {
+    return (struct proposal){.bsdf_fraction = 1, .light_chance = 1};
+}
+
+/* (x, y): the path's pixel; depth: of the vertex, 0 at the camera's first hit. */
+struct proposal proposal_at(const struct guides *guides, int x, int y, int depth,
+                            const struct shading *s);
+/* choice, u: in [0, 1). */
+struct vec3 proposal_sample(const struct proposal *p, const struct shading *s, float choice,
+                            const float u[2]);
+struct proposal_pdf proposal_pdf(const struct proposal *p, const struct shading *s,
+                                 struct vec3 direction);
+
+#endif
