@@ -8,8 +8,8 @@
  *     fewray_world_create()    scene -> world: acceleration structure and light tables
  *     fewray_film_create()     empty sums for each pixel
  *     fewray_trace_pilot()     world -> whether a guide can pay
- *     fewray_trace_look()      world -> film, look: the first samples of each pixel and what they
- * saw fewray_maps_create()     look -> maps: where the light comes from, by the ODIS network
+ *     fewray_trace_look()      world -> film, look: the first samples and what they saw
+ *     fewray_maps_create()     look -> maps: where the light comes from, by the ODIS network
  *     fewray_trace_rest()      world, maps -> film: the remaining samples
  *     fewray_trace_edges()     world -> film: more camera rays at the edges of what shines
  *     fewray_film_frame()      film, maps -> frame: the picture and its feature layers

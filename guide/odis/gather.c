@@ -7,28 +7,13 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "guide/odis/float4.h"
+
 #define MU         5000.0f
 #define LOG_MU     8.517393171f /* log(1 + MU) */
 #define LN_2       0.693147181f
 #define FILL_PRIOR 1.0f  /* samples that the coarser estimate counts for against a bin's own */
 #define FILL_FLOOR 1e-3f /* of the scale: no bin is taken for darker */
-
-typedef float float4 __attribute__((vector_size(16)));
-typedef int32_t int4 __attribute__((vector_size(16)));
-
-static inline float4 splat(float x) {
-    return (float4){x, x, x, x};
-}
-
-static inline float4 load(const void *from) {
-    float4 v;
-    memcpy(&v, from, sizeof(v));
-    return v;
-}
-
-static inline void store(float *to, float4 v) {
-    memcpy(to, &v, sizeof(v));
-}
 
 /* Lanes of a where the mask is all ones, else 0. */
 static inline float4 keep(int4 mask, float4 a) {
@@ -36,8 +21,7 @@ static inline float4 keep(int4 mask, float4 a) {
 }
 
 static inline float4 least(float4 a, float4 b) {
-    int4 mask = a < b;
-    return (float4)((mask & (int4)a) | (~mask & (int4)b));
+    return pick(a < b, a, b);
 }
 
 static inline float4 root(float4 a) {
@@ -143,17 +127,6 @@ static void add_blocks(const struct fewray_look *look, int i0, int j0, int i1, i
             look->records + ((size_t)y * (size_t)look->width + (size_t)x0) * samples;
         add_records(r, r + count, normal, sums);
     }
-}
-
-static inline void transpose(float4 v[4]) {
-    float4 a = __builtin_shuffle(v[0], v[1], (int4){0, 4, 1, 5});
-    float4 b = __builtin_shuffle(v[2], v[3], (int4){0, 4, 1, 5});
-    float4 c = __builtin_shuffle(v[0], v[1], (int4){2, 6, 3, 7});
-    float4 d = __builtin_shuffle(v[2], v[3], (int4){2, 6, 3, 7});
-    v[0] = __builtin_shuffle(a, b, (int4){0, 1, 4, 5});
-    v[1] = __builtin_shuffle(a, b, (int4){2, 3, 6, 7});
-    v[2] = __builtin_shuffle(c, d, (int4){0, 1, 4, 5});
-    v[3] = __builtin_shuffle(c, d, (int4){2, 3, 6, 7});
 }
 
 /* Lays out the values plane by plane; returns the mean pooled radiance over the filled bins. */

@@ -17,10 +17,6 @@
 #define FLAT_ELEVATION 0.03f /* most, off the middle's tangent plane, in distances from there */
 #define FLAT_DEPTHS    1.3f  /* most, of the largest to the smallest depth */
 
-/* Of the samples that the BSDF draws: the network would have fewer, which lowers the mean noise by
- * a few percent but doubles what the worst pixels add. */
-#define LEAST_FRACTION 0.1f
-
 #define LEAST_VARIANCE 0.05f /* that a map is trusted to leave, of the BSDF's second moment */
 
 #define NOISE_RADIUS 4 /* blocks around a block whose maps tell its look's weight */
@@ -158,7 +154,7 @@ static bool make_map(const struct fewray_look *look, const struct place *p, floa
         return false;
     odis_network_run(network, g, wanted, radiance, &map->bsdf_fraction);
     map->bsdf_fraction =
-        bsdf_fraction >= 0 ? bsdf_fraction : fmaxf(map->bsdf_fraction, LEAST_FRACTION);
+        bsdf_fraction >= 0 ? bsdf_fraction : fmaxf(map->bsdf_fraction, MAP_LEAST_FRACTION);
     if (maps->sums)
         map_sums_start(maps, m, wanted, g->scale);
     map->position = g->position;
@@ -264,8 +260,9 @@ static float noise_around(const struct fewray_maps *maps, int i, int j, int ring
     /* Of the BSDF's variance: that of each kind of bounce; squared mean = moment / (1 + variance).
      */
     float square = 1 / (1 + pilot->bounce_variance), other = 1 - pilot->bounce_share;
-    float of_look = fmaxf((float)exp(look / count) - square, LEAST_VARIANCE) / (1 - square);
-    float of_map = fmaxf((float)exp(map / count) - square, LEAST_VARIANCE) / (1 - square);
+    float unit = 1 / fmaxf(1 - square, LEAST_VARIANCE);
+    float of_look = fmaxf((float)exp(look / count) - square, LEAST_VARIANCE) * unit;
+    float of_map = fmaxf((float)exp(map / count) - square, LEAST_VARIANCE) * unit;
     return (pilot->bounce_share * of_look + other) / (pilot->bounce_share * of_map + other);
 }
 

@@ -7,10 +7,10 @@
 #include "guide/odis/gather.h"
 #include "guide/odis/maps.h"
 
-#define PRIOR_SAMPLES    16.0f /* of a bin that the network's estimate counts for */
-#define LEAST_FRACTION   0.1f  /* of the BSDF: what a map overlooks weighs ten times at most */
-#define SAME_SIDE        0.8f  /* least cosine between the normals of a sample and of its map */
-#define FRACTION_SAMPLES 2000  /* of a map after which the network's BSDF fraction has halved */
+#define PRIOR_SAMPLES 16.0f /* of a bin that the network's estimate counts for */
+
+#define SAME_SIDE        0.8f /* least cosine between the normals of a sample and of its map */
+#define FRACTION_SAMPLES 2000 /* of a map after which the network's BSDF fraction has halved */
 
 struct map_sums {
     float prior[SPHERE_BINS];  /* squared root second moment that the network expects */
@@ -59,7 +59,7 @@ static void refine_map(const struct fewray_maps *maps, struct map *map,
         return;
     float fraction =
         sums->bsdf_fraction * FRACTION_SAMPLES / (float)(FRACTION_SAMPLES + sums->samples);
-    map->bsdf_fraction = fmaxf(fraction, fminf(sums->bsdf_fraction, LEAST_FRACTION));
+    map->bsdf_fraction = fmaxf(fraction, fminf(sums->bsdf_fraction, MAP_LEAST_FRACTION));
 }
 
 void maps_refine(struct fewray_maps *maps, int threads) {

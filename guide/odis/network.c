@@ -10,6 +10,7 @@
 
 #include "denoise/nn/embed.h"
 #include "denoise/nn/nn.h"
+#include "guide/odis/float4.h"
 
 extern const unsigned char odis_weights[], odis_paper_weights[];
 size_t odis_weights_size(void);
@@ -213,31 +214,6 @@ const struct nn_tensor *odis_network_layer(const struct odis_network *n, const c
     return NULL;
 }
 
-typedef float quad __attribute__((vector_size(16)));
-typedef int32_t iquad __attribute__((vector_size(16)));
-
-static inline quad load4(const float *from) {
-    quad q;
-    memcpy(&q, from, sizeof(q));
-    return q;
-}
-
-static inline void store4(float *to, quad q) {
-    memcpy(to, &q, sizeof(q));
-}
-
-/* Four features of four neighbouring bins: from a vector a feature to a vector a bin. */
-static inline void transpose4(quad q[4]) {
-    quad a = __builtin_shufflevector(q[0], q[1], 0, 4, 1, 5);
-    quad b = __builtin_shufflevector(q[2], q[3], 0, 4, 1, 5);
-    quad c = __builtin_shufflevector(q[0], q[1], 2, 6, 3, 7);
-    quad d = __builtin_shufflevector(q[2], q[3], 2, 6, 3, 7);
-    q[0] = __builtin_shufflevector(a, b, 0, 1, 4, 5);
-    q[1] = __builtin_shufflevector(a, b, 2, 3, 6, 7);
-    q[2] = __builtin_shufflevector(c, d, 0, 1, 4, 5);
-    q[3] = __builtin_shufflevector(c, d, 2, 3, 6, 7);
-}
-
 /* Of a row of cells: 4 / filled bins, 0 where none is. */
 static void cell_gains(const float *mask, float gain[SPHERE_COLUMNS / 2]) {
     static const float of_filled[5] = {0, 4, 2, 4.0f / 3, 1};
@@ -251,13 +227,13 @@ static void cell_gains(const float *mask, float gain[SPHERE_COLUMNS / 2]) {
 static void fill_channels(const float *const planes[4], const float factors[4], const float *gain,
                           float *cells) {
     for (int c = 0; c < SPHERE_COLUMNS; c += 4) {
-        quad q[4];
+        float4 q[4];
         for (int i = 0; i < 4; i++)
-            q[i] = load4(planes[i] + c) * factors[i];
-        transpose4(q);
+            q[i] = load(planes[i] + c) * factors[i];
+        transpose(q);
         for (int i = 0; i < 4; i++) {
             int cell = (c + i) / 2;
-            store4(cells + (cell * 4 + i % 2) * CHANNELS, gain ? q[i] * gain[cell] : q[i]);
+            store(cells + (cell * 4 + i % 2) * CHANNELS, gain ? q[i] * gain[cell] : q[i]);
         }
     }
 }
@@ -291,32 +267,28 @@ static void run(struct odis_network *n, enum layer layer, const struct nn_tensor
                      layers[layer].size);
 }
 
-static inline quad pick(iquad mask, quad a, quad b) {
-    return (quad)((mask & (iquad)a) | (~mask & (iquad)b));
-}
-
-static inline quad clamp(quad x, float low, float high) {
-    const quad zero = {0};
+static inline float4 clamp(float4 x, float low, float high) {
+    const float4 zero = {0};
     x = pick(x > low, x, zero + low); /* not a number: low */
     return pick(x < high, x, zero + high);
 }
 
 /* e^x, x clamped to -80..80; relative error below 1e-7. e^x = 2^n e^r with |r| <= ln(2) / 2 (Cody
  * and Waite's reduction), e^r by its Taylor series to r^7. */
-static inline quad exponential(quad x) {
+static inline float4 exponential(float4 x) {
     x = clamp(x, -80, 80);
     const float to_integer = 0x1.8p23f; /* adding it leaves the rounded integer in the low bits */
-    quad shifted = x * 0x1.715476p0f + to_integer, n = shifted - to_integer;
-    quad r = x - n * 0x1.62e4p-1f; /* ln 2 in two parts; products with the first are exact */
+    float4 shifted = x * 0x1.715476p0f + to_integer, n = shifted - to_integer;
+    float4 r = x - n * 0x1.62e4p-1f; /* ln 2 in two parts; products with the first are exact */
     r = r - n * 0x1.7f7d1cp-20f;
-    quad e = r * (1.0f / 5040) + (1.0f / 720);
+    float4 e = r * (1.0f / 5040) + (1.0f / 720);
     e = e * r + (1.0f / 120);
     e = e * r + (1.0f / 24);
     e = e * r + (1.0f / 6);
     e = e * r + 0.5f;
     e = e * r + 1;
     e = e * r + 1;
-    return (quad)((iquad)e + ((iquad)shifted << 23));
+    return (float4)((int4)e + ((int4)shifted << 23));
 }
 
 /* The values of the head's channels first..first + 3, bin after bin. */
@@ -337,13 +309,14 @@ static void split_output(const struct gathered *in, const struct nn_tensor *head
     depth_to_space(head, 4, radiance);
     const float log_mu = log1pf(RANGE_MU), inverse_mu = 1 / RANGE_MU;
     for (int b = 0; b < SPHERE_BINS; b += 4) {
-        iquad above = load4(in->cosine + b) > 0.0f;
-        quad mean = exponential(clamp(load4(radiance + b), 0, 4) * log_mu);
-        mean = pick(above, (mean - 1.0f) * inverse_mu, (quad){0});
-        quad moment = pick(above, exponential(load4(in->fill + b) + load4(wanted + b)), (quad){0});
-        store4(radiance + b, mean);
-        quad floored = pick(mean > MEAN_LEAST, mean, (quad){0} + MEAN_LEAST);
-        store4(wanted + b, mean_maps ? pick(above, floored, mean) : moment);
+        int4 above = load(in->cosine + b) > 0.0f;
+        float4 mean = exponential(clamp(load(radiance + b), 0, 4) * log_mu);
+        mean = pick(above, (mean - 1.0f) * inverse_mu, (float4){0});
+        float4 moment =
+            pick(above, exponential(load(in->fill + b) + load(wanted + b)), (float4){0});
+        store(radiance + b, mean);
+        float4 floored = pick(mean > MEAN_LEAST, mean, (float4){0} + MEAN_LEAST);
+        store(wanted + b, mean_maps ? pick(above, floored, mean) : moment);
     }
 }
 

@@ -11,9 +11,8 @@
 #define PRIOR_EVENTS  20.0f /* events that the coarse probe's shares count for */
 #define BSDF_FRACTION 0.25f /* where a probe found light */
 #define DARK_RAYS     16 /* shadow rays in vain from which on a probe that saw no light is dark */
-#define RADIANCE_MAX                                                                               \
-    1e15f /* above, a sample is a fault: its square would leave a float's range                    \
-           */
+/* Above, a sample is a fault: its square would leave a float's range. */
+#define RADIANCE_MAX 1e15f
 /* Chance of a shadow ray in a dark probe: light that was overlooked weighs twice at most. */
 #define DARK_CHANCE 0.5f
 
