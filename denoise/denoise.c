@@ -171,9 +171,10 @@ static int check(const struct fewray_denoise_input *in, struct fewray_error *err
         (size_t)in->width * (size_t)in->height > MAX_PIXELS)
         return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
                            "can't denoise a picture of %d x %d pixels", in->width, in->height);
-    const struct fewray_channels *layers[5] = {&in->color, &in->variance, &in->albedo, &in->normal,
-                                               &in->emission};
-    for (int i = 0; i < 5; i++) {
+    const struct fewray_channels *layers[7] = {&in->color,         &in->variance, &in->albedo,
+                                               &in->shaded_albedo, &in->normal,   &in->emission,
+                                               &in->irradiance};
+    for (int i = 0; i < 7; i++) {
         const float *const *channel = layers[i]->channel;
         bool all = channel[0] && channel[1] && channel[2],
              none = !channel[0] && !channel[1] && !channel[2];
@@ -244,9 +245,12 @@ int fewray_denoise_frame(struct fewray_denoiser *denoiser, struct fewray_frame *
         .color = frame_layer(frame, FEWRAY_COLOR),
         .variance = frame_layer(frame, FEWRAY_VARIANCE),
         .albedo = frame_layer(frame, FEWRAY_ALBEDO),
+        .shaded_albedo = frame_layer(frame, FEWRAY_SHADED_ALBEDO),
         .normal = frame_layer(frame, FEWRAY_NORMAL),
         .emission = frame_layer(frame, FEWRAY_EMISSION),
         .depth = frame_layer(frame, FEWRAY_DEPTH),
+        .irradiance = frame_layer(frame, FEWRAY_IRRADIANCE),
+        .confidence = frame_layer(frame, FEWRAY_IRRADIANCE_CONFIDENCE),
     };
     size_t pixels = (size_t)frame->width * (size_t)frame->height;
     if (!in.color.channel[0])

@@ -48,13 +48,18 @@ FEWRAY_API struct fewray_channels fewray_planar(float *const planes[3], int widt
  * emission not negative: fewray_frame_repair() sees to that. */
 struct fewray_denoise_input {
     int width, height;
-    struct fewray_channels color;    /* radiance, linear */
-    struct fewray_channels variance; /* of the pixel's mean, radiance^2 */
-    struct fewray_channels albedo;   /* 0..1 */
-    struct fewray_channels normal;   /* world space, -1..1 */
+    struct fewray_channels color;         /* radiance, linear */
+    struct fewray_channels variance;      /* of the pixel's mean, radiance^2 */
+    struct fewray_channels albedo;        /* 0..1 */
+    struct fewray_channels shaded_albedo; /* of the samples that color is made of, where albedo
+                                             comes from more camera rays; missing: albedo */
+    struct fewray_channels normal;        /* world space, -1..1 */
     struct fewray_channels
         emission; /* the part of color that the camera rays' first hits emit; not filtered */
-    struct fewray_channels depth; /* channel[0] alone */
+    struct fewray_channels depth;      /* channel[0] alone */
+    struct fewray_channels irradiance; /* over pi: another estimate of the irradiance, a guide's */
+    struct fewray_channels
+        confidence; /* in it, 0..1; channel[0] alone; missing: irradiance isn't used */
 };
 
 struct fewray_denoise_stats {
@@ -71,8 +76,8 @@ struct fewray_denoiser;
 FEWRAY_API int fewray_denoiser_create(const struct fewray_denoise_options *options,
                                       struct fewray_denoiser **out, struct fewray_error *error);
 /* Filters in->color into out_rgb, (height, width, 3), rows without gaps; it may not overlap the
- * input. Each output pixel is emission + albedo * a weighted mean of (color - emission) / albedo
- * around it, with weights that are non-negative and sum to one. stats may be NULL. */
+ * input. Each output pixel is emission + albedo * a weighted mean of (color - emission) /
+ * shaded_albedo around it, with weights that are non-negative and sum to one. stats may be NULL. */
 FEWRAY_API int fewray_denoiser_run(struct fewray_denoiser *denoiser,
                                    const struct fewray_denoise_input *in, float *out_rgb,
                                    struct fewray_denoise_stats *stats, struct fewray_error *error);

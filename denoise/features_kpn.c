@@ -67,6 +67,11 @@ static void gather(const struct fewray_channels *layer, int c, int width, int y,
         out[i] = row[(ptrdiff_t)(width - 1) * layer->pixel_stride];
 }
 
+/* The albedo by which the colour is divided. */
+static const struct fewray_channels *shaded_albedo(const struct fewray_denoise_input *in) {
+    return in->shaded_albedo.channel[0] ? &in->shaded_albedo : &in->albedo;
+}
+
 /* irradiance (3, count); albedo and emission get one channel's row each, for scratch. */
 static void irradiance_row(const struct fewray_denoise_input *in, int y, int x0, int count,
                            float *albedo, float *emission, float *irradiance) {
@@ -74,7 +79,7 @@ static void irradiance_row(const struct fewray_denoise_input *in, int y, int x0,
         float *e = irradiance + (size_t)c * (size_t)count;
         gather(&in->color, c, in->width, y, x0, count, 0.0f, e);
         gather(&in->emission, c, in->width, y, x0, count, 0.0f, emission);
-        gather(&in->albedo, c, in->width, y, x0, count, 1.0f, albedo);
+        gather(shaded_albedo(in), c, in->width, y, x0, count, 1.0f, albedo);
         for (int i = 0; i < count; i++)
             e[i] = clean(clean(e[i]) - clean(emission[i])) / divisor(albedo[i]);
     }
@@ -228,7 +233,7 @@ static void standard_error_row(const struct fewray_denoise_input *in, int y, int
     memset(out, 0, sizeof(float) * (size_t)count);
     for (int c = 0; c < 3; c++) {
         gather(&in->variance, c, in->width, y, x0, count, 0.0f, variance);
-        gather(&in->albedo, c, in->width, y, x0, count, 1.0f, albedo);
+        gather(shaded_albedo(in), c, in->width, y, x0, count, 1.0f, albedo);
         for (int i = 0; i < count; i++)
             out[i] += weight[c] * sqrtf(clean(variance[i])) / divisor(albedo[i]);
     }
@@ -236,6 +241,25 @@ static void standard_error_row(const struct fewray_denoise_input *in, int y, int
 
 static inline float limit(float v, float bound) {
     return v > -bound ? (v < bound ? v : bound) : (v < 0.0f ? -bound : 0.0f);
+}
+
+/* The guide's irradiance and its confidence; rows (4, count). */
+static void guide_rows(const struct fewray_denoise_input *in, float exposure, int y, int x0,
+                       int count, float *rows) {
+    size_t n = (size_t)count;
+    memset(rows, 0, 4 * n * sizeof *rows);
+    if (!in->irradiance.channel[0] || !in->confidence.channel[0])
+        return;
+    float *confidence = rows + 3 * n;
+    gather(&in->confidence, 0, in->width, y, x0, count, 0.0f, confidence);
+    for (size_t i = 0; i < n; i++)
+        confidence[i] = limit(clean(confidence[i]), 1.0f);
+    for (size_t c = 0; c < 3; c++) {
+        gather(&in->irradiance, (int)c, in->width, y, x0, count, 0.0f, rows + c * n);
+        for (size_t i = 0; i < n; i++)
+            rows[c * n + i] =
+                confidence[i] > 0.0f ? compress(clean(rows[c * n + i]) * exposure) : 0.0f;
+    }
 }
 
 void kpn_feature_row(const struct fewray_denoise_input *in, const struct kpn_scale *scale, int y,
@@ -283,6 +307,7 @@ void kpn_feature_row(const struct fewray_denoise_input *in, const struct kpn_sca
     for (size_t i = 0; i < n; i++)
         emission[i] = compress(exposure * luminance(clean(scratch[i]), clean(scratch[n + i]),
                                                     clean(scratch[2 * n + i])));
+    guide_rows(in, exposure, y, x0, count, features + 12 * n);
 }
 
 void kpn_remodulate_row(const struct fewray_denoise_input *in, int y, int x0, int count,

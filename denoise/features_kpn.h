@@ -12,7 +12,7 @@
 
 #include "denoise/denoise.h"
 
-#define KPN_FEATURES   12
+#define KPN_FEATURES   16
 #define KPN_ALBEDO_MIN 0.01f
 /* Floats of scratch that kpn_feature_row() needs for a row of count pixels. */
 #define KPN_FEATURE_SCRATCH(count) ((size_t)9 * ((size_t)(count) + 2))
@@ -35,7 +35,8 @@ int kpn_measure(const struct fewray_denoise_input *in, int threads, struct kpn_s
  * the nearest pixel. irradiance gets (3, count) planes, features (KPN_FEATURES, count): 0-2
  * irradiance, exposed and log-compressed   3 relative standard error of its luminance,
  * log-compressed 4-6 albedo   7-9 normal   10 log2 of depth over the median   11 luminance of
- * emission, log-compressed */
+ * emission, log-compressed 12-14 the guide's irradiance, as 0-2   15 its confidence; 0 without a
+ * guide */
 void kpn_feature_row(const struct fewray_denoise_input *in, const struct kpn_scale *scale, int y,
                      int x0, int count, float *scratch, float *irradiance, float *features);
 

@@ -33,7 +33,7 @@ static const struct {
 
 static const struct kpn_layer layers[] = {
     {OP_FEATURES, "features", 0, 0, 0, NONE, FEATURES, LIGHT0, NONE},
-    {OP_CONV, "enc0a", 3, 48, 32, FEATURES, ENC0A, NONE, NONE},
+    {OP_CONV, "enc0a", 3, 64, 32, FEATURES, ENC0A, NONE, NONE},
     {OP_CONV, "enc0b", 3, 32, 32, ENC0A, ENC0, NONE, NONE},
     {OP_POOL, "pool0", 0, 0, 0, ENC0, POOL0, NONE, NONE},
     {OP_CONV, "enc1a", 3, 32, 48, POOL0, ENC1A, NONE, NONE},

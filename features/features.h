@@ -3,7 +3,10 @@
 #define FEWRAY_FEATURES_H
 
 /* Pictures as named float planes, read from and written to OpenEXR; textures and PNG through
- * OpenImageIO. This folder knows no other. */
+ * OpenImageIO. This folder knows no other. OpenImageIO stands in a module, the shared object
+ * fewray_image.so, which is opened by the first image: a program that links this library and reads
+ * or writes images has it beside itself, in the installed lib/fewray, or in the folder that the
+ * environment variable FEWRAY_MODULE_PATH names (features/module.h). */
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -62,9 +65,11 @@ enum fewray_layer {
     FEWRAY_COLOR,    /* R G B: the result */
     FEWRAY_NOISY,    /* noisy.R/G/B: the render before the denoiser */
     FEWRAY_VARIANCE, /* variance.R/G/B of the pixel's mean, radiance^2 */
-    FEWRAY_ALBEDO,   /* albedo.R/G/B of the first hit, 0..1, 0 where the camera ray misses */
-    FEWRAY_NORMAL,   /* normal.X/Y/Z, world space, mean over the pixel's samples */
-    FEWRAY_DEPTH,    /* depth.Z: distance along the camera ray in scene units, 0 = miss */
+    FEWRAY_ALBEDO,   /* albedo.R/G/B of the first vertex, 0..1, 0 where the camera ray misses */
+    FEWRAY_SHADED_ALBEDO, /* shaded_albedo.R/G/B: of the very samples that the colour is made of;
+                             albedo itself may come from more camera rays */
+    FEWRAY_NORMAL,        /* normal.X/Y/Z, world space, mean over the pixel's samples */
+    FEWRAY_DEPTH,         /* depth.Z: distance along the camera ray in scene units, 0 = miss */
     FEWRAY_EMISSION, /* emission.R/G/B: radiance emitted by what the camera rays hit first (also the
                         background) */
     FEWRAY_IRRADIANCE, /* irradiance.R/G/B / pi: the guide's estimate of (radiosity / albedo) at the
@@ -124,7 +129,7 @@ FEWRAY_API char *fewray_temporary_name(const char *path);
 FEWRAY_API int fewray_commit_file(const char *temporary, const char *path,
                                   struct fewray_error *error);
 
-/* --- images through OpenImageIO (the C++ shim) */
+/* --- images through OpenImageIO (the module "image") */
 
 struct fewray_image {
     int width, height,
@@ -137,7 +142,13 @@ struct fewray_image {
  * Thread-safe. */
 FEWRAY_API int fewray_image_read(const char *path, struct fewray_image **out,
                                  struct fewray_error *error);
+/* The same from the bytes of a PNG, JPEG, ... file in memory; name is for messages. */
+FEWRAY_API int fewray_image_read_memory(const char *name, const void *bytes, size_t size,
+                                        struct fewray_image **out, struct fewray_error *error);
 FEWRAY_API void fewray_image_destroy(struct fewray_image **image);
+
+/* Whether images can be read and written: the module is there. *error is in the name of path. */
+FEWRAY_API bool fewray_image_available(const char *path, struct fewray_error *error);
 
 /* Writes (height, width, 3) bytes, sRGB-encoded, as PNG; whole or not at all. */
 FEWRAY_API int fewray_image_write_png(const char *path, int width, int height, const uint8_t *rgb,

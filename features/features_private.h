@@ -38,6 +38,7 @@ int file_write_whole(const char *path, const void *data, size_t size, struct few
 
 /* True for a PNG file that is cut off or has a wrong checksum; false for other files. */
 bool png_is_damaged(const char *path);
+bool png_bytes_are_damaged(const void *bytes, size_t size); /* at least 1 */
 
 /* IEEE binary16 of count floats, rounded to nearest even, clamped to +-65504; NaN stays NaN. */
 void half_from_floats(const float *from, uint16_t *to, size_t count);

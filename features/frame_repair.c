@@ -36,6 +36,7 @@ static const struct {
     {FEWRAY_EMISSION, true, 0, RADIANCE_MAX},
     {FEWRAY_VARIANCE, false, 0, VARIANCE_MAX},
     {FEWRAY_ALBEDO, false, 0, 1},
+    {FEWRAY_SHADED_ALBEDO, false, 0, 1},
     {FEWRAY_NORMAL, false, -1, 1},
     {FEWRAY_DEPTH, false, 0, DEPTH_MAX},
     {FEWRAY_IRRADIANCE, false, 0, RADIANCE_MAX},

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shim over OpenImageIO, the only file that knows it: pictures of any format in, PNG out.
-// No exception leaves a function of this file.
-#include "features/features_private.h"
+// The shim over OpenImageIO, the only file that knows it: pictures of any format in, PNG out. It is
+// the module "image". No exception leaves a function of this file.
+#include "features/image_module.h"
 
-#include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <memory>
 #include <new>
@@ -12,6 +12,8 @@
 #include <OpenImageIO/imageio.h>
 #include <string>
 #include <vector>
+
+#include "features/features_private.h"
 
 namespace {
 
@@ -70,17 +72,28 @@ int read_pixels(OIIO::ImageInput &input, const char *path, struct fewray_image &
     return FEWRAY_OK;
 }
 
-int open_and_read(const char *path, struct fewray_image &image, struct fewray_error *error) {
+// A name whose ending makes OpenImageIO try the format that the first bytes tell.
+std::string name_for(const void *bytes, size_t size, const char *path) {
+    if (size >= 4 && std::memcmp(bytes, "\x89PNG", 4) == 0)
+        return "memory.png";
+    if (size >= 3 && std::memcmp(bytes, "\xff\xd8\xff", 3) == 0)
+        return "memory.jpg";
+    return path;
+}
+
+int open_and_read(const char *path, const void *bytes, size_t size, struct fewray_image &image,
+                  struct fewray_error *error) {
     set_up_once();
-    const int readable = file_check_readable(path, error);
-    if (readable != FEWRAY_OK)
-        return readable;
-    if (png_is_damaged(path))
-        return fail_read(error, path, "the PNG file is cut off or damaged");
     // Colours as they are stored, not multiplied by alpha.
     OIIO::ImageSpec wish;
     wish.attribute("oiio:UnassociatedAlpha", 1);
-    const auto input = OIIO::ImageInput::open(path, &wish);
+    OIIO::Filesystem::IOMemReader memory(const_cast<void *>(bytes), size);
+    // The proxy goes by the wish as well, for open() forgets its own where it is given both.
+    OIIO::Filesystem::IOProxy *proxy = bytes ? &memory : nullptr;
+    if (proxy)
+        wish.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+    const auto input =
+        OIIO::ImageInput::open(bytes ? name_for(bytes, size, path) : path, &wish, proxy);
     if (!input)
         return fail_read(error, path, OIIO::geterror());
     const int status = read_pixels(*input, path, image, error);
@@ -107,17 +120,6 @@ int encode_png(const char *path, int width, int height, const uint8_t *rgb,
     return FEWRAY_OK;
 }
 
-// IEC 61966-2-1; NaN becomes black.
-uint8_t srgb_byte(float linear) {
-    if (!(linear > 0.0f))
-        return 0;
-    if (linear >= 1.0f)
-        return 255;
-    const float encoded =
-        linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
-    return static_cast<uint8_t>(encoded * 255.0f + 0.5f);
-}
-
 // Runs work, which may throw, and turns what it throws into an error about path.
 template <typename Work> int guarded(const char *path, struct fewray_error *error, Work work) {
     try {
@@ -131,53 +133,27 @@ template <typename Work> int guarded(const char *path, struct fewray_error *erro
     }
 }
 
+int read(const char *path, const void *bytes, size_t size, struct fewray_image *image,
+         struct fewray_error *error) {
+    return guarded(path, error, [&] { return open_and_read(path, bytes, size, *image, error); });
+}
+
+int encode(const char *path, int width, int height, const uint8_t *rgb, unsigned char **file,
+           size_t *size, struct fewray_error *error) {
+    return guarded(path, error, [&] {
+        std::vector<unsigned char> bytes;
+        const int status = encode_png(path, width, height, rgb, bytes, error);
+        if (status != FEWRAY_OK)
+            return status;
+        *file = static_cast<unsigned char *>(std::malloc(bytes.size()));
+        if (!*file)
+            throw std::bad_alloc();
+        std::memcpy(*file, bytes.data(), bytes.size());
+        *size = bytes.size();
+        return static_cast<int>(FEWRAY_OK);
+    });
+}
+
 } // namespace
 
-int fewray_image_read(const char *path, struct fewray_image **out, struct fewray_error *error) {
-    *out = static_cast<struct fewray_image *>(std::calloc(1, sizeof **out));
-    if (!*out)
-        return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
-    const int status = guarded(path, error, [&] { return open_and_read(path, **out, error); });
-    if (status != FEWRAY_OK)
-        fewray_image_destroy(out);
-    return status;
-}
-
-void fewray_image_destroy(struct fewray_image **image) {
-    if (!*image)
-        return;
-    std::free((*image)->bytes);
-    std::free((*image)->floats);
-    std::free(*image);
-    *image = nullptr;
-}
-
-int fewray_image_write_png(const char *path, int width, int height, const uint8_t *rgb,
-                           struct fewray_error *error) {
-    if (!features_size_ok(width, height))
-        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, path, 0,
-                           "a picture of %d x %d pixels is impossible", width, height);
-    return guarded(path, error, [&] {
-        std::vector<unsigned char> file;
-        const int status = encode_png(path, width, height, rgb, file, error);
-        return status == FEWRAY_OK ? file_write_whole(path, file.data(), file.size(), error)
-                                   : status;
-    });
-}
-
-int fewray_frame_write_png(const struct fewray_frame *frame, const char *path,
-                           struct fewray_error *error) {
-    float *planes[3];
-    if (!fewray_frame_layer(frame, FEWRAY_COLOR, planes))
-        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, path, 0,
-                           "the picture has no channels R, G, B");
-    return guarded(path, error, [&] {
-        const size_t pixels =
-            static_cast<size_t>(frame->width) * static_cast<size_t>(frame->height);
-        std::vector<uint8_t> rgb(pixels * 3);
-        for (size_t i = 0; i < pixels; i++)
-            for (size_t c = 0; c < 3; c++)
-                rgb[3 * i + c] = srgb_byte(planes[c][i]);
-        return fewray_image_write_png(path, frame->width, frame->height, rgb.data(), error);
-    });
-}
+const struct image_module fewray_image_module = {read, encode};

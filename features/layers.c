@@ -10,6 +10,7 @@ static const struct {
     [FEWRAY_NOISY] = {{"noisy.R", "noisy.G", "noisy.B"}, 3},
     [FEWRAY_VARIANCE] = {{"variance.R", "variance.G", "variance.B"}, 3},
     [FEWRAY_ALBEDO] = {{"albedo.R", "albedo.G", "albedo.B"}, 3},
+    [FEWRAY_SHADED_ALBEDO] = {{"shaded_albedo.R", "shaded_albedo.G", "shaded_albedo.B"}, 3},
     [FEWRAY_NORMAL] = {{"normal.X", "normal.Y", "normal.Z"}, 3},
     [FEWRAY_DEPTH] = {{"depth.Z"}, 1},
     [FEWRAY_EMISSION] = {{"emission.R", "emission.G", "emission.B"}, 3},

@@ -34,11 +34,9 @@ static bool check_chunk(FILE *file, char type[4]) {
     return is_optional || big_endian(sum) == crc;
 }
 
-bool png_is_damaged(const char *path) {
+/* Leaves the stream anywhere. */
+static bool stream_is_damaged(FILE *file) {
     static const unsigned char signature[SIGNATURE_SIZE] = {137, 'P', 'N', 'G', 13, 10, 26, 10};
-    FILE *file = fopen(path, "rb");
-    if (!file)
-        return false;
     unsigned char start[SIGNATURE_SIZE];
     bool damaged = false;
     if (fread(start, 1, sizeof start, file) == sizeof start &&
@@ -47,6 +45,21 @@ bool png_is_damaged(const char *path) {
         while (!damaged && memcmp(type, "IEND", 4) != 0)
             damaged = !check_chunk(file, type);
     }
-    fclose(file);
+    return damaged;
+}
+
+bool png_is_damaged(const char *path) {
+    FILE *file = fopen(path, "rb");
+    const bool damaged = file && stream_is_damaged(file);
+    if (file)
+        fclose(file);
+    return damaged;
+}
+
+bool png_bytes_are_damaged(const void *bytes, size_t size) {
+    FILE *file = fmemopen((void *)(uintptr_t)bytes, size, "rb");
+    const bool damaged = file && stream_is_damaged(file);
+    if (file)
+        fclose(file);
     return damaged;
 }

@@ -4,7 +4,7 @@
 
 /* The guided path tracer, in the order of use:
  *
- *     fewray_scene_load()      scene.xml -> scene
+ *     fewray_scene_load()      scene.xml, .gltf, .glb or .obj -> scene
  *     fewray_world_create()    scene -> world: acceleration structure and light tables
  *     fewray_film_create()     empty sums for each pixel
  *     fewray_trace_pilot()     world -> whether a guide can pay
@@ -33,11 +33,14 @@ struct fewray_maps;
 struct fewray_scene_options {
     const char *const *defines;
     int define_count;
-    int threads; /* for meshes and textures; 0 = all cores */
+    int threads;  /* for meshes and textures; 0 = all cores */
+    bool lenient; /* BSDFs that aren't supported are drawn as diffuse, such emitters and media are
+                     left out, each with a warning; else they are refused */
 };
 
-/* Loads a Mitsuba 3 XML scene. The error names file and line, and the mesh, plugin or reference at
- * fault. options may be NULL. *out is owned by the caller. */
+/* Loads a Mitsuba 3 XML scene, glTF 2.0 (.gltf, .glb) or OBJ + MTL, by the file's ending. The error
+ * names file and line, and the mesh, plugin or reference at fault. options may be NULL. *out is
+ * owned by the caller. */
 FEWRAY_API int fewray_scene_load(const char *path, const struct fewray_scene_options *options,
                                  struct fewray_scene **out, struct fewray_error *error);
 FEWRAY_API void fewray_scene_destroy(struct fewray_scene **scene);
@@ -48,6 +51,8 @@ struct fewray_scene_summary {
     int max_depth;     /* -1: no limit */
     int sample_count;  /* the file's own spp */
     int meshes, materials, textures, emitters;
+    int images;          /* files of textures and the environment, each read once */
+    int unused_textures; /* bitmaps that no visible material uses: not read */
     long long triangles;
     int warning_count;
     const char *const *warnings; /* one line each; owned by the scene */
@@ -77,6 +82,8 @@ struct fewray_render_settings {
     bool share_maps; /* four blocks of 8 x 8 pixels that show one even surface have one map */
     bool refine;     /* maps learn from the samples they draw, where there are many */
     int map_bins;    /* rows and columns of a map over the sphere: 32, 16 or 8 */
+    int camera_rays; /* of a pixel at an edge of emission, where it has fewer samples; half as
+                        many at edges of albedo, normal or depth; 0 = none */
     void (*progress)(void *user, const char *phase,
                      double fraction); /* NULL; may be called from any thread, one at a time */
     void *progress_user;
@@ -96,7 +103,7 @@ struct fewray_render_stats {
     long long dropped;               /* samples that were NaN or infinite: dropped and counted */
     long long grids, grids_inferred; /* grid points of the guide; maps that the network filled */
     long long grids_shared;  /* grid points that use another one's map: the surface is flat */
-    long long edge_pixels;   /* pixels whose directly seen emission got camera rays of its own */
+    long long edge_pixels;   /* pixels at edges, which got camera rays of their own */
     long long pixels_guided; /* pixels where at least one map could be sampled */
 };
 
@@ -162,8 +169,9 @@ FEWRAY_API int fewray_trace_ppg(const struct fewray_world *world,
                                 struct fewray_film *film, struct fewray_render_stats *stats,
                                 struct fewray_error *error);
 
-/* With fewer than 32 samples a pixel: traces more camera rays where directly seen emission has
- * edges; what they see replaces the samples' own emission there, which stays unbiased. */
+/* With fewer samples a pixel than settings->camera_rays: traces that many camera rays where the
+ * emission, albedo, normal or depth that the camera sees have edges. What they see replaces what
+ * the samples saw there, also the emission in the picture, which stays unbiased. */
 FEWRAY_API int fewray_trace_edges(const struct fewray_world *world,
                                   const struct fewray_render_settings *settings,
                                   struct fewray_film *film, struct fewray_render_stats *stats,

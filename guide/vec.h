@@ -5,8 +5,13 @@
 /* Three floats as point, direction or linear RGB. */
 
 #include <math.h>
+#include <stdbool.h>
 
 #define PI_F 3.14159265358979f
+
+static inline float square(float x) {
+    return x * x;
+}
 
 struct vec3 {
     float x, y, z;
@@ -43,6 +48,27 @@ static inline float length(struct vec3 a) {
 static inline struct vec3 normalize(struct vec3 a) {
     float l = length(a);
     return l > 0 ? scale(a, 1 / l) : a;
+}
+/* Of two directions, radians. Kahan's formula: accurate for small angles, too. */
+static inline float angle_between(struct vec3 a, struct vec3 b) {
+    return 2 * atan2f(length(sub(a, b)), length(add(a, b)));
+}
+/* Also where a component is NaN. */
+static inline bool is_black(struct vec3 rgb) {
+    return !(rgb.x > 0 || rgb.y > 0 || rgb.z > 0);
+}
+static inline bool is_finite(struct vec3 a) {
+    return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
+}
+/* Into the axes that are the rows of m (3, 3). */
+static inline struct vec3 to_axes(const float m[9], struct vec3 v) {
+    return vec(m[0] * v.x + m[1] * v.y + m[2] * v.z, m[3] * v.x + m[4] * v.y + m[5] * v.z,
+               m[6] * v.x + m[7] * v.y + m[8] * v.z);
+}
+/* Back, where the rows are orthonormal. */
+static inline struct vec3 from_axes(const float m[9], struct vec3 v) {
+    return vec(m[0] * v.x + m[3] * v.y + m[6] * v.z, m[1] * v.x + m[4] * v.y + m[7] * v.z,
+               m[2] * v.x + m[5] * v.y + m[8] * v.z);
 }
 static inline float max_component(struct vec3 a) {
     return fmaxf(a.x, fmaxf(a.y, a.z));

@@ -44,9 +44,8 @@ static void print_channel(const struct fewray_plane *plane, size_t count) {
 
 static void print_layers(const struct fewray_frame *frame) {
     static const char *const names[FEWRAY_LAYER_COUNT] = {
-        "color",    "noisy",      "variance",
-        "albedo",   "normal",     "depth",
-        "emission", "irradiance", "irradiance confidence"};
+        "color",  "noisy", "variance", "albedo",     "shaded albedo",
+        "normal", "depth", "emission", "irradiance", "irradiance confidence"};
     float *planes[3];
     printf("layers:");
     for (int layer = 0; layer < FEWRAY_LAYER_COUNT; layer++)
@@ -70,10 +69,10 @@ static int info_exr(const char *path, struct fewray_error *error) {
     return FEWRAY_OK;
 }
 
-static int info_scene(const char *path, const struct text_list *defines,
+static int info_scene(const char *path, const struct text_list *defines, bool lenient,
                       struct fewray_error *error) {
-    const struct fewray_scene_options options = {.defines = defines->items,
-                                                 .define_count = defines->count};
+    const struct fewray_scene_options options = {
+        .defines = defines->items, .define_count = defines->count, .lenient = lenient};
     struct fewray_scene *scene;
     const int status = fewray_scene_load(path, &options, &scene, error);
     if (status)
@@ -98,9 +97,11 @@ static int info_scene(const char *path, const struct text_list *defines,
 
 int cmd_info(int argc, char **argv) {
     struct text_list defines = {.count = 0};
+    bool lenient = false;
     const struct option_spec specs[] = {
         {"define", 'D', OPTION_DEFINE, &defines, "NAME=VALUE", "for $NAME in the scene", 0, 0,
          NULL},
+        {"lenient", 0, OPTION_FLAG, &lenient, NULL, LENIENT_HELP, 0, 0, NULL},
         {0},
     };
     const struct command_line line = {
@@ -116,6 +117,7 @@ int cmd_info(int argc, char **argv) {
         return parsed == PARSE_HELP ? EXIT_DONE : EXIT_WRONG_COMMAND_LINE;
     const char *path = argv[first_file];
     struct fewray_error error;
-    const int status = is_exr(path) ? info_exr(path, &error) : info_scene(path, &defines, &error);
+    const int status =
+        is_exr(path) ? info_exr(path, &error) : info_scene(path, &defines, lenient, &error);
     return status ? report_failure(&error) : EXIT_DONE;
 }

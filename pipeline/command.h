@@ -8,6 +8,9 @@
 
 enum exit_code { EXIT_DONE = 0, EXIT_FAILED = 1, EXIT_WRONG_COMMAND_LINE = 2 };
 
+/* Of --lenient, which several have. */
+#define LENIENT_HELP "draw BSDFs that aren't supported diffuse, leave such lights and media out"
+
 /* Each takes the arguments after `fewray`, its own name first, and returns an exit code. */
 int cmd_render(int argc, char **argv);
 int cmd_denoise(int argc, char **argv);

@@ -29,6 +29,7 @@ struct layout {
 };
 
 struct composite {
+    const struct opencv *cv;
     int count;         /* of pictures: 2, or 3 with the reference */
     int width, height; /* of the pictures, pixels */
     float *planes[PICTURE_MAX][3];
@@ -75,13 +76,14 @@ static double heat_position(double error) {
     return fmin(fmax(position, 0), 1);
 }
 
-static uint8_t *heat(float *const x[3], float *const r[3], int width, int height) {
+static uint8_t *heat(const struct opencv *cv, float *const x[3], float *const r[3], int width,
+                     int height) {
     const size_t count = (size_t)width * (size_t)height;
     uint8_t *rgb = malloc(3 * count), *values = malloc(count);
     bool drawn = rgb && values && count <= 1u << 30;
     for (size_t i = 0; drawn && i < count; i++)
         values[i] = (uint8_t)(255 * heat_position(relative_error(x, r, i)) + 0.5);
-    drawn = drawn && heat_colors(values, (int)count, rgb);
+    drawn = drawn && cv->heat_colors(values, (int)count, rgb);
     free(values);
     if (!drawn) {
         free(rgb);
@@ -183,9 +185,9 @@ static void draw_panel(struct composite *in, int column) {
     const struct layout *layout = &in->layout;
     const int x = column_x(in, column), line = at_least(layout->letter / 8, 1);
     const struct box whole = {0, 0, in->width, in->height};
-    canvas_text(in->canvas, x, layout->label_y, layout->letter, INK, LABELS[column]);
-    canvas_paste(in->canvas, in->shown[column], in->width, in->height, whole,
-                 (struct box){x, layout->panel_y, layout->panel_width, layout->panel_height});
+    in->cv->text(in->canvas, x, layout->label_y, layout->letter, INK, LABELS[column]);
+    in->cv->paste(in->canvas, in->shown[column], in->width, in->height, whole,
+                  (struct box){x, layout->panel_y, layout->panel_width, layout->panel_height});
     const double scale_x = (double)layout->panel_width / in->width,
                  scale_y = (double)layout->panel_height / in->height;
     for (int i = 0; i < in->crop_count; i++) {
@@ -195,9 +197,9 @@ static void draw_panel(struct composite *in, int column) {
             x + (int)(crop->x * scale_x), layout->panel_y + (int)(crop->y * scale_y),
             at_least((int)(crop->width * scale_x), 3), at_least((int)(crop->height * scale_y), 3)};
         const struct box place = crop_place(in, column, i);
-        canvas_outline(in->canvas, mark, line, CROP_COLORS[i]);
-        canvas_paste(in->canvas, in->shown[column], in->width, in->height, part, place);
-        canvas_outline(in->canvas, place, 2 * line, CROP_COLORS[i]);
+        in->cv->outline(in->canvas, mark, line, CROP_COLORS[i]);
+        in->cv->paste(in->canvas, in->shown[column], in->width, in->height, part, place);
+        in->cv->outline(in->canvas, place, 2 * line, CROP_COLORS[i]);
     }
 }
 
@@ -207,10 +209,10 @@ static void draw_heat(struct composite *in, int column) {
     char label[64];
     snprintf(label, sizeof label, "error of %s: %.3g %%", LABELS[column],
              100 * in->metrics[column].mape);
-    canvas_text(in->canvas, x, layout->heat_label_y, layout->letter, INK, label);
-    canvas_paste(in->canvas, in->heat[column], in->width, in->height,
-                 (struct box){0, 0, in->width, in->height},
-                 (struct box){x, layout->heat_y, layout->panel_width, layout->panel_height});
+    in->cv->text(in->canvas, x, layout->heat_label_y, layout->letter, INK, label);
+    in->cv->paste(in->canvas, in->heat[column], in->width, in->height,
+                  (struct box){0, 0, in->width, in->height},
+                  (struct box){x, layout->heat_y, layout->panel_width, layout->panel_height});
 }
 
 /* The colour scale with ticks in per cent. */
@@ -223,24 +225,24 @@ static void draw_legend(struct composite *in) {
     uint8_t values[256], colors[256 * 3];
     for (int i = 0; i < 256; i++)
         values[i] = (uint8_t)i;
-    if (heat_colors(values, 256, colors))
-        canvas_paste(in->canvas, colors, 256, 1, (struct box){0, 0, 256, 1},
-                     (struct box){x, y, width, letter});
+    if (in->cv->heat_colors(values, 256, colors))
+        in->cv->paste(in->canvas, colors, 256, 1, (struct box){0, 0, 256, 1},
+                      (struct box){x, y, width, letter});
     for (size_t i = 0; i < sizeof ticks / sizeof *ticks; i++) {
         char text[16];
         snprintf(text, sizeof text, "%g %%", 100 * ticks[i]);
         const int at = x + (int)(heat_position(ticks[i]) * (width - 1)),
-                  size = canvas_text_width(0.8 * letter, text);
+                  size = in->cv->text_width(0.8 * letter, text);
         int text_x = at - size / 2;
         text_x = text_x < x                                 ? x
                  : text_x + size > x + layout->column_width ? x + layout->column_width - size
                                                             : text_x;
-        canvas_fill(in->canvas, (struct box){at, y + letter, 1, letter / 2}, INK);
-        canvas_text(in->canvas, text_x, y + letter * 27 / 10, 0.8 * letter, INK, text);
+        in->cv->fill(in->canvas, (struct box){at, y + letter, 1, letter / 2}, INK);
+        in->cv->text(in->canvas, text_x, y + letter * 27 / 10, 0.8 * letter, INK, text);
     }
-    canvas_text(in->canvas, x, layout->heat_label_y, letter, INK, "relative error");
-    canvas_text(in->canvas, x, y + letter * 44 / 10, 0.75 * letter, FAINT,
-                "|x - r| / (|r| + 0.01), mean of R, G, B");
+    in->cv->text(in->canvas, x, layout->heat_label_y, letter, INK, "relative error");
+    in->cv->text(in->canvas, x, y + letter * 44 / 10, 0.75 * letter, FAINT,
+                 "|x - r| / (|r| + 0.01), mean of R, G, B");
 }
 
 /* Metrics of noisy and denoised side by side, below the legend. */
@@ -259,14 +261,14 @@ static void draw_metrics(struct composite *in) {
     const int columns[2] = {x + layout->column_width * 2 / 5, x + layout->column_width * 7 / 10};
     int y = layout->heat_y + 7 * letter;
     for (int c = 0; c < 2; c++)
-        canvas_text(in->canvas, columns[c], y, 0.9 * letter, FAINT, LABELS[c]);
+        in->cv->text(in->canvas, columns[c], y, 0.9 * letter, FAINT, LABELS[c]);
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         y += 2 * letter;
-        canvas_text(in->canvas, x, y, 0.9 * letter, FAINT, rows[i].name);
+        in->cv->text(in->canvas, x, y, 0.9 * letter, FAINT, rows[i].name);
         for (int c = 0; c < 2; c++) {
             char text[32];
             snprintf(text, sizeof text, "%.4g", c ? rows[i].denoised : rows[i].noisy);
-            canvas_text(in->canvas, columns[c], y, 0.9 * letter, INK, text);
+            in->cv->text(in->canvas, columns[c], y, 0.9 * letter, INK, text);
         }
     }
 }
@@ -274,9 +276,9 @@ static void draw_metrics(struct composite *in) {
 static void draw_caption(struct composite *in, const char *caption) {
     const struct layout *layout = &in->layout;
     const int room = layout->width - 2 * layout->gap;
-    const int wanted = canvas_text_width(layout->letter, caption);
+    const int wanted = in->cv->text_width(layout->letter, caption);
     const double size = wanted > room ? (double)layout->letter * room / wanted : layout->letter;
-    canvas_text(in->canvas, layout->gap, layout->caption_y, size, INK, caption);
+    in->cv->text(in->canvas, layout->gap, layout->caption_y, size, INK, caption);
 }
 
 static bool find_pictures(struct composite *in,
@@ -309,10 +311,10 @@ static int prepare(struct composite *in, const struct fewray_frame *reference, d
     for (int c = 0; c < 3; c++)
         has_noise = (noise[c] = fewray_frame_plane(reference, noise_names[c])) && has_noise;
     for (int i = 0; i < 2; i++) {
-        if (!(in->heat[i] = heat(in->planes[i], in->planes[2], in->width, in->height)))
+        if (!(in->heat[i] = heat(in->cv, in->planes[i], in->planes[2], in->width, in->height)))
             return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for a heat map");
-        const int status = opencv_metrics(in->planes[i], in->planes[2], has_noise ? noise : NULL,
-                                          in->width, in->height, &in->metrics[i], error);
+        const int status = in->cv->metrics(in->planes[i], in->planes[2], has_noise ? noise : NULL,
+                                           in->width, in->height, &in->metrics[i], error);
         if (status)
             return status;
     }
@@ -321,7 +323,7 @@ static int prepare(struct composite *in, const struct fewray_frame *reference, d
 
 static int draw_all(struct composite *in, const char *caption, const char *png_path,
                     struct fewray_error *error) {
-    in->canvas = canvas_create(in->layout.width, in->layout.height, BACKGROUND);
+    in->canvas = in->cv->create(in->layout.width, in->layout.height, BACKGROUND);
     if (!in->canvas)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for a composite");
     for (int i = 0; i < in->count; i++)
@@ -334,7 +336,7 @@ static int draw_all(struct composite *in, const char *caption, const char *png_p
     }
     if (caption)
         draw_caption(in, caption);
-    const uint8_t *pixels = canvas_pixels(in->canvas);
+    const uint8_t *pixels = in->cv->pixels(in->canvas);
     if (!pixels)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "the composite can't be drawn");
     return fewray_image_write_png(png_path, in->layout.width, in->layout.height, pixels, error);
@@ -357,10 +359,14 @@ int fewray_composite(const struct fewray_frame *noisy, const struct fewray_frame
             "a composite needs pictures of one size, with R, G, B each, and %d crops at most",
             FEWRAY_CROPS);
     lay_out(&in, options->crop_count ? options->crop_count : FEWRAY_CROPS, options->caption);
+    in.cv = opencv_open(error);
+    if (!in.cv)
+        return FEWRAY_ERROR_UNSUPPORTED;
     if (!(status = prepare(&in, reference, options->exposure, error)) &&
         !(status = choose_crops(&in, options, error)))
         status = draw_all(&in, options->caption, png_path, error);
-    canvas_destroy(&in.canvas);
+    if (in.canvas)
+        in.cv->destroy(&in.canvas);
     for (int i = 0; i < PICTURE_MAX; i++) {
         free(in.shown[i]);
         free(in.heat[i]);

@@ -16,9 +16,11 @@ int fewray_compare(const struct fewray_frame *test, const struct fewray_frame *r
             error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
             "has %dx%d pixels, the reference has %dx%d; render it in the reference's size",
             test->width, test->height, reference->width, reference->height);
+    const struct opencv *cv = opencv_open(error);
+    if (!cv)
+        return FEWRAY_ERROR_UNSUPPORTED;
     bool has_noise = true;
     for (int c = 0; c < 3; c++)
         has_noise = (noise[c] = fewray_frame_plane(reference, noise_names[c])) && has_noise;
-    return opencv_metrics(x, r, has_noise ? noise : NULL, test->width, test->height, metrics,
-                          error);
+    return cv->metrics(x, r, has_noise ? noise : NULL, test->width, test->height, metrics, error);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The shim over OpenCV (core and imgproc). Exceptions end here. */
+/* The shim over OpenCV (core and imgproc), the module "opencv". Exceptions end here. */
 
 #include "pipeline/opencv.h"
 
@@ -162,10 +162,8 @@ int font_thickness(double size) {
     return std::max(1, static_cast<int>(std::lround(size / 9)));
 }
 
-} // namespace
-
-int opencv_metrics(float *const test[3], float *const reference[3], float *const noise[3],
-                   int width, int height, fewray_metrics *metrics, fewray_error *error) {
+int measure_checked(float *const test[3], float *const reference[3], float *const noise[3],
+                    int width, int height, fewray_metrics *metrics, fewray_error *error) {
     try {
         measure(test, reference, noise, width, height, *metrics);
     } catch (const std::exception &) {
@@ -177,6 +175,8 @@ int opencv_metrics(float *const test[3], float *const reference[3], float *const
                            "the reference has no finite pixel to compare with");
     return FEWRAY_OK;
 }
+
+} // namespace
 
 struct canvas {
     cv::Mat pixels;
@@ -194,9 +194,7 @@ template <class Drawing> void draw(canvas *target, Drawing drawing) {
     }
 }
 
-} // namespace
-
-canvas *canvas_create(int width, int height, canvas_color background) {
+canvas *create(int width, int height, canvas_color background) {
     try {
         return new canvas{cv::Mat(height, width, CV_8UC3, scalar_of(background)), false};
     } catch (const std::exception &) {
@@ -204,16 +202,16 @@ canvas *canvas_create(int width, int height, canvas_color background) {
     }
 }
 
-void canvas_destroy(canvas **target) {
+void destroy(canvas **target) {
     delete *target;
     *target = nullptr;
 }
 
-const uint8_t *canvas_pixels(const canvas *target) {
+const uint8_t *pixels(const canvas *target) {
     return target->failed ? nullptr : target->pixels.data;
 }
 
-void canvas_paste(canvas *target, const uint8_t *rgb, int width, int height, box part, box place) {
+void paste(canvas *target, const uint8_t *rgb, int width, int height, box part, box place) {
     draw(target, [&](cv::Mat &pixels) {
         const cv::Mat source(height, width, CV_8UC3, const_cast<uint8_t *>(rgb));
         cv::Mat into = pixels(rect_of(place));
@@ -222,26 +220,26 @@ void canvas_paste(canvas *target, const uint8_t *rgb, int width, int height, box
     });
 }
 
-void canvas_fill(canvas *target, box place, canvas_color color) {
+void fill(canvas *target, box place, canvas_color color) {
     draw(target, [&](cv::Mat &pixels) {
         cv::rectangle(pixels, rect_of(place), scalar_of(color), cv::FILLED);
     });
 }
 
-void canvas_outline(canvas *target, box place, int thickness, canvas_color color) {
+void outline(canvas *target, box place, int thickness, canvas_color color) {
     draw(target, [&](cv::Mat &pixels) {
         cv::rectangle(pixels, rect_of(place), scalar_of(color), thickness);
     });
 }
 
-void canvas_text(canvas *target, int x, int y, double size, canvas_color color, const char *text) {
+void text(canvas *target, int x, int y, double size, canvas_color color, const char *text) {
     draw(target, [&](cv::Mat &pixels) {
         cv::putText(pixels, text, cv::Point(x, y), font, font_scale(size), scalar_of(color),
                     font_thickness(size), cv::LINE_AA);
     });
 }
 
-int canvas_text_width(double size, const char *text) {
+int text_width(double size, const char *text) {
     try {
         int baseline;
         return cv::getTextSize(text, font, font_scale(size), font_thickness(size), &baseline).width;
@@ -261,3 +259,9 @@ bool heat_colors(const uint8_t *values, int count, uint8_t *rgb) {
         return false;
     }
 }
+
+} // namespace
+
+const struct opencv fewray_opencv = {
+    measure_checked, create, destroy, pixels, paste, fill, outline, text, text_width, heat_colors,
+};

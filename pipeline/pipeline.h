@@ -49,6 +49,8 @@ struct fewray_run_stats {
     struct fewray_render_stats counts;
     int tiles, tiles_denoised; /* of the denoiser */
     size_t repaired;           /* bad pixels of the file that was read; 0 for a render */
+    int unused_textures;       /* bitmaps that weren't read: no material of a shape uses them */
+    bool no_images;            /* neither the scene nor an output needed the image library */
     bool guide_skipped;        /* the pilot advised against the guide */
     bool first_look_was_all;   /* a guided render whose samples were all spent on the first look */
 };

@@ -57,6 +57,9 @@ static int load(struct run *run, struct fewray_error *error) {
     run->stats.load_s = clock_lap(&run->lap);
     if (status)
         return status;
+    const struct fewray_scene_summary summary = fewray_scene_summarize(run->scene);
+    run->stats.unused_textures = summary.unused_textures;
+    run->stats.no_images = !summary.images && !run->job->outputs.png;
     status = fewray_world_create(run->scene, run->settings.threads, &run->world, error);
     if (!status)
         status = fewray_film_create(run->world, &run->settings, &run->film, error);

@@ -40,6 +40,8 @@ static json_t *list_skipped(const struct fewray_run_stats *stats) {
     const struct fewray_render_stats *counts = &stats->counts;
     const long long pixels = (long long)stats->width * stats->height;
     json_t *skipped = json_array();
+    add_skipped(skipped, "image library", "the scene has no textures", stats->no_images);
+    add_skipped(skipped, "textures", "no visible material uses them", stats->unused_textures);
     add_skipped(skipped, "network on a grid point", "nothing there to guide",
                 counts->grids - counts->grids_inferred - counts->grids_shared);
     add_skipped(skipped, "network on a grid point", "a flat surface shares a neighbour's map",

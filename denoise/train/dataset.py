@@ -10,9 +10,10 @@ import torch
 
 import ops
 
-DROPOUT = {ops.EMISSION: 0.1, ops.VARIANCE: 0.12, ops.ALBEDO: 0.08, ops.NORMAL: 0.08, ops.DEPTH: 0.15}
+DROPOUT = {ops.EMISSION: 0.1, ops.VARIANCE: 0.12, ops.ALBEDO: 0.08, ops.NORMAL: 0.08, ops.DEPTH: 0.15, ops.GUIDE: 0.1}
+RESCAN = 500  # batches, after which new views are looked for
 COLOR_ALONE = 0.06  # share of crops without any other layer
-ALL_LAYERS = ops.EMISSION | ops.VARIANCE | ops.ALBEDO | ops.NORMAL | ops.DEPTH
+ALL_LAYERS = ops.EMISSION | ops.VARIANCE | ops.ALBEDO | ops.NORMAL | ops.DEPTH | ops.GUIDE
 HALVES = np.arange(65536, dtype=np.uint16).view(np.float16).astype(np.float32)
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
@@ -42,21 +43,28 @@ def floats(halves):
 
 
 def raw_layers(record, layers):
-    """(H, W, 16) of a record -> the 16 planes that the C feature code takes."""
+    """(H, W, 23) of a record -> the 23 planes that the C feature code takes."""
     raw = np.moveaxis(record, 2, 0).copy()
     raw[0:3] += raw[3:6]
     raw[6:9] **= 2
     return raw
 
 
+def is_for_validation(path):
+    """A scene is wholly in one of training and validation."""
+    return zlib.crc32(path.name.rsplit("--", 1)[0].encode()) % 12 == 0
+
+
+def complete(folder):
+    """The views that have their reference, the last thing that is made of a view."""
+    return [p for p in sorted(Path(folder).iterdir()) if (p / "ref.npy").exists() and len(list(p.glob("*.npy"))) > 1]
+
+
 def views(folder):
-    """Training and validation views; a scene is wholly in one of them."""
+    """Training and validation views."""
     train, validation = [], []
-    for path in sorted(Path(folder).iterdir()):
-        if not (path / "ref.npy").exists() or len(list(path.glob("*.npy"))) < 2:
-            continue
-        scene = path.name.rsplit("--", 1)[0]
-        (validation if zlib.crc32(scene.encode()) % 12 == 0 else train).append(View(path))
+    for path in complete(folder):
+        (validation if is_for_validation(path) else train).append(View(path))
     if not validation:
         validation = train[:: max(1, len(train) // 4)]
     return train, validation
@@ -79,7 +87,7 @@ def fireflies(rng, record):
 
 
 def crop(rng, view, size):
-    """One augmented sample: features (12, S, S), irradiance, modulation, emission and reference (S, S, 3)."""
+    """One augmented sample: features (16, S, S), irradiance, modulation, emission and reference (S, S, 3)."""
     i = int(rng.integers(len(view.noisy)))
     height, width, _ = view.ref.shape
     y, x = int(rng.integers(max(height - size, 0) + 1)), int(rng.integers(max(width - size, 0) + 1))
@@ -97,13 +105,14 @@ def crop(rng, view, size):
     if rng.random() < 0.5:
         record, ref = record[:, ::-1], ref[:, ::-1]
     colors = rng.permutation(3)
-    order = np.concatenate([colors, 3 + colors, 6 + colors, 9 + colors, np.arange(12, 16)])
+    order = np.concatenate([colors, 3 + colors, 6 + colors, 9 + colors, np.arange(12, 16), 16 + colors, [19], 20 + colors])
     record, ref = record[..., order].copy(), ref[..., colors].copy()
     record[..., 12:15] = record[..., 12:15] @ orthogonal(rng)
     if rng.random() < 0.15:
         fireflies(rng, record)
     gain = view.gain * 2 ** rng.normal(0, 1.2)
     record[..., 0:9] *= gain
+    record[..., 16:19] *= gain
     ref *= gain
     return prepare(record, ref, layers, exposure / gain * 2 ** rng.normal(0, 0.4), log2_depth + rng.normal(0, 0.5))
 
@@ -130,16 +139,23 @@ def collate(samples):
 
 
 class Loader:
-    """Batches made by a background thread."""
+    """Batches made by a background thread, also of views that are added to the folder meanwhile."""
 
-    def __init__(self, train, batch, size, seed):
+    def __init__(self, folder, train, batch, size, seed):
         self.queue = queue.Queue(4)
         self.failure = None
-        threading.Thread(target=self.work, args=(train, batch, size, np.random.default_rng(seed)), daemon=True).start()
+        arguments = folder, list(train), batch, size, np.random.default_rng(seed)
+        threading.Thread(target=self.work, args=arguments, daemon=True).start()
 
-    def work(self, train, batch, size, rng):
+    def work(self, folder, train, batch, size, rng):
+        known, count = {view.path for view in train}, 0
         try:
             while True:
+                count += 1
+                if count % RESCAN == 0:
+                    new = [p for p in complete(folder) if p not in known and not is_for_validation(p)]
+                    known.update(new)
+                    train += [View(p) for p in new]
                 self.queue.put(collate([crop(rng, train[rng.integers(len(train))], size) for _ in range(batch)]))
         except Exception as failure:
             self.failure = failure

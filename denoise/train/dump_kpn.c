@@ -3,10 +3,10 @@
  * maps into memory.
  *
  *     fewray-kpn-data NOISY.exr -o NOISY.npy
- *         (height, width, 16): color - emission, emission, standard error, albedo, normal (3 each),
- * depth. color - emission is taken before rounding, so that what a bright lamp lights isn't lost in
- * the lamp's last digit. fewray-kpn-data REFERENCE.exr -o REFERENCE.npy --reference (height, width,
- * 3): the colour alone
+ *         (height, width, 23): color - emission, emission, standard error, albedo, normal (3 each),
+ * depth, irradiance (3) and its confidence, shaded albedo (3). color - emission is taken before
+ * rounding, so that what a bright lamp lights isn't lost in the lamp's last digit. fewray-kpn-data
+ * REFERENCE.exr -o REFERENCE.npy --reference (height, width, 3): the colour alone
  */
 
 #include <math.h>
@@ -16,7 +16,7 @@
 
 #include "features/features_private.h"
 
-enum { NOISY_CHANNELS = 16, REFERENCE_CHANNELS = 3, NPY_HEADER = 128 };
+enum { NOISY_CHANNELS = 23, REFERENCE_CHANNELS = 3, NPY_HEADER = 128, LAYERS = 9 };
 
 /* The planes of a layer, NULL where it is missing. A frame that was denoised keeps its render in
  * noisy.*. */
@@ -27,17 +27,21 @@ static void find(const struct fewray_frame *frame, enum fewray_layer layer, floa
     fewray_frame_layer(frame, layer, planes);
 }
 
-static void noisy_pixel(float *planes[6][3], size_t i, float *to) {
+static void noisy_pixel(float *planes[LAYERS][3], size_t i, float *to) {
     float **color = planes[0], **emission = planes[1], **variance = planes[2];
+    float **albedo = planes[3], **shaded = planes[8];
     for (int c = 0; c < 3; c++) {
         float emitted = emission[c] ? emission[c][i] : 0.0f;
         to[c] = fmaxf(color[c][i] - emitted, 0.0f);
         to[3 + c] = emitted;
         to[6 + c] = variance[c] ? sqrtf(variance[c][i]) : 0.0f;
-        to[9 + c] = planes[3][c] ? planes[3][c][i] : 1.0f;
+        to[9 + c] = albedo[c] ? albedo[c][i] : 1.0f;
         to[12 + c] = planes[4][c] ? planes[4][c][i] : 0.0f;
+        to[16 + c] = planes[6][c] ? planes[6][c][i] : 0.0f;
+        to[20 + c] = shaded[c] ? shaded[c][i] : to[9 + c];
     }
     to[15] = planes[5][0] ? planes[5][0][i] : 0.0f;
+    to[19] = planes[7][0] ? planes[7][0][i] : 0.0f;
 }
 
 static void npy_header(char header[NPY_HEADER], int height, int width, int channels) {
@@ -54,10 +58,12 @@ static void npy_header(char header[NPY_HEADER], int height, int width, int chann
 
 static int write_record(const struct fewray_frame *frame, bool reference, const char *path,
                         struct fewray_error *error) {
-    static const enum fewray_layer layers[6] = {FEWRAY_COLOR,  FEWRAY_EMISSION, FEWRAY_VARIANCE,
-                                                FEWRAY_ALBEDO, FEWRAY_NORMAL,   FEWRAY_DEPTH};
-    float *planes[6][3];
-    for (int i = 0; i < 6; i++)
+    static const enum fewray_layer layers[LAYERS] = {
+        FEWRAY_COLOR,        FEWRAY_EMISSION, FEWRAY_VARIANCE,   FEWRAY_ALBEDO,
+        FEWRAY_NORMAL,       FEWRAY_DEPTH,    FEWRAY_IRRADIANCE, FEWRAY_IRRADIANCE_CONFIDENCE,
+        FEWRAY_SHADED_ALBEDO};
+    float *planes[LAYERS][3];
+    for (int i = 0; i < LAYERS; i++)
         find(frame, layers[i], planes[i]);
     if (!planes[0][0])
         return fewray_fail(error, FEWRAY_ERROR_FORMAT, NULL, 0, "the EXR has no R, G, B");

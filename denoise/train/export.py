@@ -17,10 +17,10 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_picture(seed=3, height=32, width=48):
-    """Raw planes (16, H, W) of a picture with patches, noise, an emitter and a background."""
+    """Raw planes (23, H, W) of a picture with patches, noise, an emitter and a background."""
     rng = np.random.default_rng(seed)
     y, x = np.mgrid[0:height, 0:width].astype(np.float32)
-    raw = np.zeros((16, height, width), np.float32)
+    raw = np.zeros((23, height, width), np.float32)
     irradiance = np.stack([1 + 0.5 * np.sin(x / 7), 0.8 + 0 * x, 0.3 + y / height])
     albedo = np.where(x > 20, 0.7, 0.2) * np.array([1, 0.8, 0.3])[:, None, None]
     noise = rng.gamma(4, 0.25, (1, height, width))
@@ -29,6 +29,9 @@ def test_picture(seed=3, height=32, width=48):
     raw[9:12] = albedo
     raw[12:15] = np.where(y > 12, np.array([0, 0, 1])[:, None, None], np.array([0, 0.6, -0.8])[:, None, None])
     raw[15] = 3 + x / 20
+    raw[16:19] = 1.1 * irradiance
+    raw[19] = np.where(x > 8, 0.8, 0)
+    raw[20:23] = 0.9 * albedo
     raw[:, :6, :9] = 0
     raw[3:6, 20:24, 30:36] = 12
     raw[0:3] += raw[3:6]
@@ -62,7 +65,7 @@ def main():
     a = p.parse_args()
     torch.manual_seed(7)
     model = KPN()
-    info = {"network": "kpn", "version": 1, "features": 12}
+    info = {"network": "kpn", "version": 1, "features": 16}
     if a.checkpoint != "random":
         state = torch.load(a.checkpoint, weights_only=False, map_location="cpu")
         model.load_state_dict(state["average"])

@@ -8,14 +8,14 @@ import torch.nn.functional as F
 
 import ops
 
-FEATURES = 12
+FEATURES = 16
 FINE, COARSE = 25, 9
 TAPS = FINE + COARSE
 SCALES = 5
 
 # name, kernel size, channels in, channels out
 LAYERS = [
-    ("enc0a", 3, 48, 32), ("enc0b", 3, 32, 32),
+    ("enc0a", 3, 64, 32), ("enc0b", 3, 32, 32),
     ("enc1a", 3, 32, 48), ("enc1b", 3, 48, 48),
     ("enc2a", 3, 48, 64), ("enc2b", 3, 64, 64),
     ("enc3a", 3, 64, 64), ("enc3b", 3, 64, 64),
@@ -62,7 +62,7 @@ class KPN(nn.Module):
         return x
 
     def trunk(self, features, trace=None):
-        """(N, 12, H, W), H and W multiples of 16 -> features of the scales 0 and 1 (one tensor), 2, 3, 4."""
+        """(N, 16, H, W), H and W multiples of 16 -> features of the scales 0 and 1 (one tensor), 2, 3, 4."""
         x = F.pixel_unshuffle(features, 2).contiguous(memory_format=torch.channels_last)
         skips = []
         for i in range(4):
@@ -79,7 +79,7 @@ class KPN(nn.Module):
         return levels[::-1]
 
     def forward(self, features, irradiance, trace=None):
-        """features (N, 12, H, W), irradiance (N, H, W, 3) -> filtered irradiance (N, H, W, 3)."""
+        """features (N, 16, H, W), irradiance (N, H, W, 3) -> filtered irradiance (N, H, W, 3)."""
         dec0, dec1, dec2, enc3 = self.trunk(features, trace)
         inputs = [dec0, dec0, dec1, dec2, enc3]
         e = [irradiance.contiguous()]
@@ -87,7 +87,7 @@ class KPN(nn.Module):
             logits = self.get_submodule(f"down{s}")(inputs[s])
             if s > 0:
                 logits = F.pixel_unshuffle(logits, 2)
-            weights = logits.softmax(1).permute(0, 2, 3, 1)  # (N, h, w, 4)
+            weights = logits.float().softmax(1).permute(0, 2, 3, 1)  # (N, h, w, 4)
             n, h, w, _ = weights.shape
             fine = e[s].view(n, h, 2, w, 2, 3).permute(0, 1, 3, 2, 4, 5).reshape(n, h, w, 4, 3)
             e.append((weights.unsqueeze(-1) * fine).sum(3).contiguous())

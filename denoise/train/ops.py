@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import torch
 
-RAW_CHANNELS = 16  # color, emission, variance, albedo, normal (3 each), depth
-EMISSION, VARIANCE, ALBEDO, NORMAL, DEPTH = 1, 2, 4, 8, 16
+RAW_CHANNELS = 23  # color, emission, variance, albedo, normal (3 each), depth, irradiance, confidence, shaded albedo
+FEATURES = 16
+EMISSION, VARIANCE, ALBEDO, NORMAL, DEPTH, GUIDE = 1, 2, 4, 8, 16, 32
 ALBEDO_MIN = 0.01
 
 
@@ -31,10 +32,10 @@ def pointer(array):
 
 
 def features(raw, layers, exposure, log2_depth):
-    """raw (16, H, W) float32 -> features (12, H, W), irradiance (H, W, 3)."""
+    """raw (23, H, W) float32 -> features (16, H, W), irradiance (H, W, 3)."""
     raw = np.ascontiguousarray(raw, np.float32)
     _, height, width = raw.shape
-    f = np.empty((12, height, width), np.float32)
+    f = np.empty((FEATURES, height, width), np.float32)
     e = np.empty((height, width, 3), np.float32)
     if library.kpn_train_features(pointer(raw), height, width, layers, ctypes.c_float(exposure),
                                   ctypes.c_float(log2_depth), pointer(f), pointer(e)):
@@ -43,7 +44,7 @@ def features(raw, layers, exposure, log2_depth):
 
 
 def measure(raw, layers):
-    """Exposure and log2 of the depth scale of a whole picture, raw (16, H, W)."""
+    """Exposure and log2 of the depth scale of a whole picture, raw (23, H, W)."""
     raw = np.ascontiguousarray(raw, np.float32)
     exposure, depth = ctypes.c_float(), ctypes.c_float()
     if library.kpn_train_measure(pointer(raw), raw.shape[1], raw.shape[2], layers, ctypes.byref(exposure),
@@ -83,4 +84,4 @@ class ApplyKernels(torch.autograd.Function):
 
 def apply_kernels(logits, parity, fine, coarse):
     """logits (N, C, h, w), fine (N, H, W, 3) contiguous, coarse (N, H/2, W/2, 3) or None -> (N, H, W, 3)."""
-    return ApplyKernels.apply(logits.permute(0, 2, 3, 1), parity, fine, coarse)
+    return ApplyKernels.apply(logits.permute(0, 2, 3, 1).float(), parity, fine, coarse)

@@ -17,9 +17,19 @@ enum {
     RAW_VARIANCE = 6,
     RAW_ALBEDO = 9,
     RAW_NORMAL = 12,
-    RAW_DEPTH = 15
+    RAW_DEPTH = 15,
+    RAW_IRRADIANCE = 16,
+    RAW_CONFIDENCE = 19,
+    RAW_SHADED_ALBEDO = 20
 };
-enum { HAS_EMISSION = 1, HAS_VARIANCE = 2, HAS_ALBEDO = 4, HAS_NORMAL = 8, HAS_DEPTH = 16 };
+enum {
+    HAS_EMISSION = 1,
+    HAS_VARIANCE = 2,
+    HAS_ALBEDO = 4,
+    HAS_NORMAL = 8,
+    HAS_DEPTH = 16,
+    HAS_GUIDE = 32
+};
 
 static void layer(struct fewray_channels *to, float *raw, size_t plane, int first, int count,
                   int width) {
@@ -39,6 +49,12 @@ static struct fewray_denoise_input raw_input(float *raw, int height, int width, 
         layer(&in.variance, raw, plane, RAW_VARIANCE, 3, width);
     if (layers & HAS_ALBEDO)
         layer(&in.albedo, raw, plane, RAW_ALBEDO, 3, width);
+    if (layers & HAS_ALBEDO)
+        layer(&in.shaded_albedo, raw, plane, RAW_SHADED_ALBEDO, 3, width);
+    if (layers & HAS_GUIDE)
+        layer(&in.irradiance, raw, plane, RAW_IRRADIANCE, 3, width);
+    if (layers & HAS_GUIDE)
+        layer(&in.confidence, raw, plane, RAW_CONFIDENCE, 1, width);
     if (layers & HAS_NORMAL)
         layer(&in.normal, raw, plane, RAW_NORMAL, 3, width);
     if (layers & HAS_DEPTH)
@@ -46,7 +62,7 @@ static struct fewray_denoise_input raw_input(float *raw, int height, int width, 
     return in;
 }
 
-/* raw (16, height, width) -> features (12, height, width) and irradiance (height, width, 3). 0, or
+/* raw (23, height, width) -> features (16, height, width) and irradiance (height, width, 3). 0, or
  * -1 without memory. */
 FEWRAY_API int kpn_train_features(float *raw, int height, int width, int layers, float exposure,
                                   float log2_depth, float *features, float *irradiance) {

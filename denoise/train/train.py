@@ -87,7 +87,7 @@ def main():
         steps, elapsed, log = state["steps"], state["elapsed"], state["log"]
     print(f"{len(train)} training views, {len(validation)} validation views, from step {steps}", flush=True)
 
-    loader = dataset.Loader(train, a.batch, a.crop, a.seed + steps)
+    loader = dataset.Loader(a.data, train, a.batch, a.crop, a.seed + steps)
     start, last_report, sums, count = time.time() - elapsed, time.time(), [0.0, 0.0], 0
     while True:
         elapsed = time.time() - start

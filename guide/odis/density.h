@@ -5,8 +5,8 @@
 /* Sampling of a density over the sphere that is constant within each bin of a grid of size x size
  * bins, laid out as in sphere_grid.h; size divides that grid's. */
 
+#include "guide/light/distribution.h"
 #include "guide/odis/sphere_grid.h"
-#include "guide/trace/distribution.h"
 
 /* A position within a bin, kept off its borders so that rounding can't lead into a bin of another
  * density. */

@@ -10,6 +10,7 @@
 #include "guide/guide.h"
 #include "guide/odis/look.h"
 #include "guide/odis/sphere_grid.h"
+#include "guide/odis/voxel_table.h"
 #include "guide/vec.h"
 
 /* Least share of the samples that the BSDF draws unless a caller says otherwise: what a map
@@ -48,8 +49,10 @@ struct fewray_maps {
     int32_t *index;   /* (rows, columns): each block's map, -1 = none */
     float
         *look_noise; /* (rows, columns): of the maps around, but those that saw the block's look */
-    struct probes *probes; /* NULL: none */
-    bool fixed_fraction;   /* the BSDF fractions are the caller's: they don't fall by learning */
+    struct probes *probes;     /* NULL: none */
+    struct voxel_table places; /* voxels that hold a map's surface; empty without probes */
+    int32_t *place_maps;       /* (places.count): the map nearest to a voxel's middle */
+    bool fixed_fraction; /* the BSDF fractions are the caller's: they don't fall by learning */
     struct map_sums
         *sums; /* (count) what maps_learn() adds up; NULL: the budget is too small for it */
 };
@@ -75,6 +78,13 @@ float map_mixture_pdf(const struct map_mixture *mixture, struct vec3 direction);
 /* Irradiance / pi at pixel (x, y) for a surface of this mean normal; zero where no map fits. */
 struct vec3 maps_irradiance(const struct fewray_maps *maps, int x, int y, struct vec3 normal,
                             float *confidence);
+
+/* Sorts the maps into voxels of the world (maps->probes must be there); false without memory. */
+bool maps_find_places(struct fewray_maps *maps);
+/* The map of a surface near the point that the camera sees, NULL where there is none: for vertices
+ * after the first. normal: unit, towards the path. */
+const struct map *maps_near(const struct fewray_maps *maps, struct vec3 position,
+                            struct vec3 normal);
 
 /* How much noisier (second moments' ratio) a sample of pixel (x, y)'s look is than a guided one, as
  * far as maps that didn't see that look can tell. */

@@ -332,6 +332,9 @@ int fewray_maps_create(struct fewray_look *look, const struct fewray_render_sett
         status = probes_create(look, film_threads(settings), &maps->probes, error);
     if (!status)
         status = build_maps(look, settings, weights, maps, stats, error);
+    if (!status && maps->probes && !maps_find_places(maps))
+        status =
+            fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the sampling maps");
     odis_weights_destroy(&weights);
     if (status && maps)
         fewray_maps_destroy(&maps);
@@ -346,6 +349,8 @@ void fewray_maps_destroy(struct fewray_maps **maps) {
     free((*maps)->index);
     free((*maps)->sums);
     free((*maps)->look_noise);
+    free((*maps)->place_maps);
+    voxel_table_clear(&(*maps)->places);
     probes_destroy(&(*maps)->probes);
     free(*maps);
     *maps = NULL;

@@ -12,19 +12,6 @@
 #include "guide/scene/loader.h"
 #include "guide/scene/memory.h"
 
-/* filename beside the scene's file, malloc'd. */
-static char *resolve_path(const char *scene_path, const char *filename) {
-    const char *slash = strrchr(scene_path, '/');
-    size_t folder = slash && filename[0] != '/' ? (size_t)(slash - scene_path) + 1 : 0;
-    size_t length = strlen(filename);
-    char *path = malloc(folder + length + 1);
-    if (path) {
-        memcpy(path, scene_path, folder);
-        memcpy(path + folder, filename, length + 1);
-    }
-    return path;
-}
-
 /* FNV-1a. */
 static uint32_t hash_text(const char *text) {
     uint32_t hash = 2166136261u;
@@ -35,8 +22,13 @@ static uint32_t hash_text(const char *text) {
 
 int assets_add(struct loader *loader, enum asset_kind kind, const char *filename,
                const struct xml_node *node, int *index) {
+    return assets_add_part(loader, kind, filename, 0, node, index);
+}
+
+int assets_add_part(struct loader *loader, enum asset_kind kind, const char *filename, int part,
+                    const struct xml_node *node, int *index) {
     struct assets *assets = &loader->assets;
-    char *path = resolve_path(loader->path, filename);
+    char *path = loader_find_file(loader, filename);
     if (!path || !array_reserve((void **)&assets->items, &assets->capacity, assets->count + 1,
                                 sizeof(*assets->items))) {
         free(path);
@@ -45,7 +37,8 @@ int assets_add(struct loader *loader, enum asset_kind kind, const char *filename
     uint32_t hash = hash_text(path);
     for (size_t i = 0; i < assets->count; i++) {
         struct asset *item = &assets->items[i];
-        if (item->path_hash == hash && item->kind == kind && !strcmp(item->path, path)) {
+        if (item->path_hash == hash && item->kind == kind && item->part == part &&
+            !strcmp(item->path, path)) {
             free(path);
             item->users++;
             *index = (int)i;
@@ -53,8 +46,8 @@ int assets_add(struct loader *loader, enum asset_kind kind, const char *filename
         }
     }
     *index = (int)assets->count;
-    assets->items[assets->count++] =
-        (struct asset){.kind = kind, .path = path, .path_hash = hash, .node = node, .users = 1};
+    assets->items[assets->count++] = (struct asset){
+        .kind = kind, .part = part, .path = path, .path_hash = hash, .node = node, .users = 1};
     return FEWRAY_OK;
 }
 
@@ -63,6 +56,8 @@ static int read_asset(struct asset *asset) {
         return mesh_read_obj(asset->path, &asset->mesh, &asset->error);
     if (asset->kind == ASSET_PLY)
         return mesh_read_ply(asset->path, &asset->mesh, &asset->error);
+    if (asset->kind == ASSET_SERIALIZED)
+        return mesh_read_serialized(asset->path, asset->part, &asset->mesh, &asset->error);
     if (access(asset->path, R_OK))
         return fewray_fail(&asset->error, FEWRAY_ERROR_IO, asset->path, 0,
                            "can't read the file: %s", strerror(errno));
@@ -101,13 +96,14 @@ static struct job *plan_jobs(const struct assets *assets) {
 /* The asset's failure, with the place in the scene that names the file. */
 static int report_failure(struct loader *loader, const struct asset *asset) {
     const struct fewray_error *error = &asset->error;
-    const char *slash = strrchr(loader->path, '/');
+    const char *scene = asset->node->file ? asset->node->file : loader->path;
+    const char *slash = strrchr(scene, '/');
     if (asset->status == FEWRAY_ERROR_IO)
         return loader_fail(loader, FEWRAY_ERROR_IO, asset->node, "%s: %.400s", asset->path,
                            error->what);
     return fewray_fail(loader->error, asset->status, error->file[0] ? error->file : asset->path,
                        error->line, "%.400s (named in %s:%d)", error->what,
-                       slash ? slash + 1 : loader->path, asset->node->line);
+                       slash ? slash + 1 : scene, asset->node->line);
 }
 
 int assets_read(struct loader *loader) {

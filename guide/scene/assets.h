@@ -12,6 +12,7 @@ struct xml_node;
 enum asset_kind {
     ASSET_OBJ,
     ASSET_PLY,
+    ASSET_SERIALIZED,
     ASSET_COLOR_IMAGE, /* stays as it is, but 16-bit pictures become linear */
     ASSET_RAW_IMAGE,   /* values as stored */
     ASSET_ENVIRONMENT  /* becomes linear float RGB */
@@ -19,6 +20,7 @@ enum asset_kind {
 
 struct asset {
     enum asset_kind kind;
+    int part; /* which of the meshes of a file that holds several */
     char *path;
     uint32_t path_hash;
     const struct xml_node *node; /* the first that refers to it */
@@ -38,6 +40,10 @@ struct assets {
 /* *index of the file, which is listed once for each kind. filename is relative to the scene. */
 int assets_add(struct loader *loader, enum asset_kind kind, const char *filename,
                const struct xml_node *node, int *index);
+
+/* Likewise of one of the file's parts. */
+int assets_add_part(struct loader *loader, enum asset_kind kind, const char *filename, int part,
+                    const struct xml_node *node, int *index);
 
 /* Reads all files, in parallel. Of several failures it reports the one that the scene names first.
  */

@@ -16,6 +16,9 @@ static int check_object(struct loader *loader, const struct xml_node *node) {
     if (!plugin_is_known(node->tag, type))
         return loader_fail(loader, FEWRAY_ERROR_FORMAT, node,
                            "unknown %s type '%s': Mitsuba 3 has no such plugin", node->tag, type);
+    if (!strcmp(node->tag, "medium") && !loader->lenient)
+        return loader_fail(loader, FEWRAY_ERROR_UNSUPPORTED, node,
+                           "medium '%s' is not supported yet (--lenient leaves it out)", type);
     return FEWRAY_OK;
 }
 
@@ -77,9 +80,6 @@ static int check_node(struct loader *loader, const struct xml_node *node) {
         if (!xml_attribute(node, "id"))
             return loader_fail(loader, FEWRAY_ERROR_FORMAT, node, "<ref> has no id");
         return FEWRAY_OK;
-    case ELEMENT_UNSUPPORTED:
-        return loader_fail(loader, FEWRAY_ERROR_UNSUPPORTED, node, "<%s> is not supported yet",
-                           node->tag);
     case ELEMENT_UNKNOWN:
         return loader_fail(loader, FEWRAY_ERROR_FORMAT, node, "unknown element <%s>", node->tag);
     default:

@@ -81,6 +81,15 @@ int file_read(const char *path, struct file_bytes *out, struct fewray_error *err
     return status;
 }
 
+int file_map_text(const char *path, struct file_bytes *out, struct fewray_error *error) {
+    const int status = file_map(path, out, error);
+    /* The rest of the last page is zero, where there is one. */
+    if (status || out->size % (size_t)sysconf(_SC_PAGESIZE))
+        return status;
+    file_free(out);
+    return file_read(path, out, error);
+}
+
 void file_free(struct file_bytes *file) {
     if (file->mapped)
         munmap(file->data, file->size);

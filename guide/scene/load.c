@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "guide/scene/assimp/import_scene.h"
 #include "guide/scene/loader.h"
 
 static struct fewray_scene *create_scene(const char *path) {
@@ -27,7 +28,7 @@ static struct fewray_scene *create_scene(const char *path) {
 static int hand_over_images(struct loader *loader) {
     struct fewray_scene *scene = loader->scene;
     struct assets *assets = &loader->assets;
-    scene->images = calloc(assets->count + 1, sizeof(*scene->images));
+    scene->images = calloc(assets->count + 1, sizeof(*scene->images)); /* a sky may be one more */
     if (!scene->images)
         return loader_fail_memory(loader);
     for (int i = 0; i < scene->texture_count; i++)
@@ -35,6 +36,11 @@ static int hand_over_images(struct loader *loader) {
             scene->textures[i].image = assets->items[loader->texture_images[i]].image;
     if (loader->environment_image >= 0)
         scene->environment.image = assets->items[loader->environment_image].image;
+    if (loader->sky) {
+        scene->environment.image = loader->sky;
+        scene->images[scene->image_count++] = loader->sky;
+        loader->sky = NULL;
+    }
     for (size_t i = 0; i < assets->count; i++)
         if (assets->items[i].image) {
             scene->images[scene->image_count++] = assets->items[i].image;
@@ -50,11 +56,17 @@ int fewray_scene_load(const char *path, const struct fewray_scene_options *optio
                             .error = error,
                             .environment_image = -1,
                             .default_bsdf = -1,
-                            .black_bsdf = -1};
+                            .black_bsdf = -1,
+                            .null_bsdf = -1};
     *out = NULL;
     if (!options)
         options = &defaults;
+    loader.lenient = options->lenient;
     loader.threads = options->threads > 0 ? options->threads : omp_get_max_threads();
+    if (import_knows(path))
+        return options->define_count > 0 ? fewray_fail(error, FEWRAY_ERROR_ARGUMENT, path, 0,
+                                                       "only XML scenes have parameters to define")
+                                         : import_scene(path, loader.threads, out, error);
 
     int status = xml_read(path, options->defines, options->define_count, &loader.document, error);
     if (status)
@@ -68,11 +80,13 @@ int fewray_scene_load(const char *path, const struct fewray_scene_options *optio
         (status = assets_read(&loader)) || (status = meshes_build(&loader)) ||
         (status = hand_over_images(&loader)))
         goto done;
+    loader.scene->unused_textures = unused_textures(loader.document);
     *out = loader.scene;
     loader.scene = NULL;
 done:
     fewray_scene_destroy(&loader.scene);
     assets_free(&loader.assets);
+    fewray_image_destroy(&loader.sky);
     xml_destroy(&loader.document);
     free(loader.shapes);
     free(loader.texture_images);

@@ -20,7 +20,8 @@ int loader_fail(struct loader *loader, enum fewray_status status, const struct x
     va_start(arguments, format);
     vsnprintf(text, sizeof(text), format, arguments);
     va_end(arguments);
-    return fewray_fail(loader->error, status, loader->path, node ? node->line : 0, "%s", text);
+    return fewray_fail(loader->error, status, node && node->file ? node->file : loader->path,
+                       node ? node->line : 0, "%s", text);
 }
 
 int loader_fail_memory(struct loader *loader) {
@@ -49,19 +50,24 @@ int loader_warn(struct loader *loader, const struct xml_node *node, const char *
     va_end(arguments);
     if (has_warning(scene, text))
         return FEWRAY_OK;
-    size_t size = strlen(loader->path) + strlen(text) + 32;
+    const char *file = node->file ? node->file : loader->path;
+    size_t size = strlen(file) + strlen(text) + 32;
     char *line = malloc(size);
     if (!line || !array_reserve((void **)&scene->warnings, &loader->warning_capacity,
                                 (size_t)scene->warning_count + 1, sizeof(*scene->warnings))) {
         free(line);
         return loader_fail_memory(loader);
     }
-    snprintf(line, size, "%s:%d: %s", loader->path, node->line, text);
+    snprintf(line, size, "%s:%d: %s", file, node->line, text);
     for (char *c = line; *c; c++)
         if (*c == '\n' || *c == '\r')
             *c = ' ';
     scene->warnings[scene->warning_count++] = line;
     return FEWRAY_OK;
+}
+
+char *loader_find_file(struct loader *loader, const char *filename) {
+    return xml_find_file(loader->document, filename);
 }
 
 int loader_resolve(struct loader *loader, struct xml_node *child, struct xml_node **object) {

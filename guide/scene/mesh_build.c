@@ -12,6 +12,10 @@
 #include <string.h>
 
 #include "guide/scene/loader.h"
+#include "guide/scene/team.h"
+
+/* Of a sphere's transform, over its squared scale: with less it stays a sphere. */
+#define LEAST_SHEAR 1e-5
 
 static bool copy_array(void *array, size_t items, size_t size) {
     void **pointer = array, *copy;
@@ -44,6 +48,8 @@ static bool take_mesh(const struct loader *loader, const struct shape *shape,
         return mesh_make_disk(mesh);
     case SHAPE_CUBE:
         return mesh_make_cube(mesh);
+    case SHAPE_CYLINDER:
+        return mesh_make_cylinder(mesh);
     case SHAPE_SPHERE:
         return mesh_make_sphere(mesh);
     default:
@@ -65,11 +71,15 @@ static void apply(const double m[3][4], float *p, double w) {
 
 static bool transform_positions(struct mesh_data *mesh, const struct transform *to_world) {
     bool finite = true;
+#pragma omp taskloop num_tasks(team_tasks()) if (team_pays(mesh->vertex_count)) shared(finite)
     for (size_t i = 0; i < mesh->vertex_count; i++) {
         float *p = mesh->positions + 3 * i;
         apply(to_world->m, p, 1);
         for (int j = 0; j < 3; j++)
-            finite = finite && fabsf(p[j]) <= FLT_MAX;
+            if (!(fabsf(p[j]) <= FLT_MAX)) {
+#pragma omp atomic write
+                finite = false;
+            }
     }
     return finite;
 }
@@ -84,16 +94,31 @@ static bool normalize_in_place(float n[3]) {
     return true;
 }
 
+/* By smooth ones; false without memory. */
+static bool replace_zero_normals(struct mesh_data *mesh) {
+    float *smooth = mesh_smooth_normals(mesh);
+    if (!smooth)
+        return false;
+    for (size_t i = 0; i < mesh->vertex_count; i++) {
+        float *n = mesh->normals + 3 * i;
+        if (n[0] == 0 && n[1] == 0 && n[2] == 0)
+            memcpy(n, smooth + 3 * i, 3 * sizeof(float));
+    }
+    free(smooth);
+    return true;
+}
+
 /* Normals that a file stores as zero or NaN are replaced by smooth ones. */
 static bool transform_normals(struct mesh_data *mesh, const struct transform *to_world) {
     double n[3][3], m[3][4], largest = 0;
-    float *smooth = NULL;
+    bool complete = true;
     transform_normal_matrix(to_world, n);
     for (int i = 0; i < 9; i++)
         largest = fmax(largest, fabs(n[i / 3][i % 3]));
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 4; j++)
             m[i][j] = j == 3 || largest == 0 ? 0 : n[i][j] / largest;
+#pragma omp taskloop num_tasks(team_tasks()) if (team_pays(mesh->vertex_count)) shared(m, complete)
     for (size_t i = 0; i < mesh->vertex_count; i++) {
         float *normal = mesh->normals + 3 * i;
         if (normalize_in_place(normal)) {
@@ -101,14 +126,11 @@ static bool transform_normals(struct mesh_data *mesh, const struct transform *to
             if (normalize_in_place(normal))
                 continue;
         }
-        if (!smooth)
-            smooth = mesh_smooth_normals(mesh);
-        if (!smooth)
-            return false;
-        memcpy(normal, smooth + 3 * i, 3 * sizeof(float));
+        memset(normal, 0, 3 * sizeof(float));
+#pragma omp atomic write
+        complete = false;
     }
-    free(smooth);
-    return true;
+    return complete || replace_zero_normals(mesh);
 }
 
 static void negate_normals(struct mesh_data *mesh) {
@@ -129,6 +151,7 @@ static struct vec3 at(const float *values, uint32_t index) {
 
 /* Winds each triangle so that its face normal lies on the side of its vertex normals. */
 static void wind_by_normals(struct mesh_data *mesh) {
+#pragma omp taskloop num_tasks(team_tasks()) if (team_pays(mesh->triangle_count))
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         uint32_t *i = mesh->indices + 3 * t;
         struct vec3 p = at(mesh->positions, i[0]);
@@ -146,6 +169,12 @@ static void drop_normals(struct mesh_data *mesh) {
     mesh->normals = NULL;
 }
 
+/* Mitsuba turns a mirrored sphere inside out, but no other shape that has normals. */
+static bool is_flipped(const struct shape *shape) {
+    bool mirrored = shape->kind == SHAPE_SPHERE && transform_determinant(&shape->to_world) < 0;
+    return shape->flip_normals != mirrored;
+}
+
 /* False without memory. */
 static bool set_normals(struct mesh_data *mesh, const struct shape *shape) {
     bool is_flat =
@@ -160,9 +189,7 @@ static bool set_normals(struct mesh_data *mesh, const struct shape *shape) {
         if (!mesh->normals)
             return false;
     }
-    /* Mitsuba turns a mirrored sphere inside out, but no other shape that has normals. */
-    bool mirrored = shape->kind == SHAPE_SPHERE && transform_determinant(&shape->to_world) < 0;
-    bool flip = shape->flip_normals != mirrored;
+    bool flip = is_flipped(shape);
     if (mesh->normals) {
         if (flip)
             negate_normals(mesh);
@@ -177,7 +204,9 @@ static bool set_normals(struct mesh_data *mesh, const struct shape *shape) {
 }
 
 static void set_uvs(struct mesh_data *mesh, bool flip_v) {
-    for (size_t i = 0; mesh->uvs && i < mesh->vertex_count; i++) {
+    const size_t count = mesh->uvs ? mesh->vertex_count : 0;
+#pragma omp taskloop num_tasks(team_tasks()) if (team_pays(count))
+    for (size_t i = 0; i < count; i++) {
         float *uv = mesh->uvs + 2 * i;
         for (int j = 0; j < 2; j++)
             if (!(fabsf(uv[j]) <= FLT_MAX))
@@ -187,7 +216,31 @@ static void set_uvs(struct mesh_data *mesh, bool flip_v) {
     }
 }
 
-static int build_mesh(const struct loader *loader, const struct shape *shape, struct mesh *out) {
+/* False where the transform stretches the unit sphere, or floats can't hold the result. */
+static bool set_sphere(const struct transform *to_world, struct mesh *out) {
+    const double(*m)[4] = to_world->m;
+    double radius = cbrt(fabs(transform_determinant(to_world)));
+    if (!(radius > 1e-30 && radius < 1e30))
+        return false;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            double product = m[0][i] * m[0][j] + m[1][i] * m[1][j] + m[2][i] * m[2][j];
+            if (!(fabs(product / (radius * radius) - (i == j)) <= LEAST_SHEAR))
+                return false;
+            out->sphere_axes[3 * i + j] = (float)(m[j][i] / radius);
+        }
+    for (int i = 0; i < 3; i++) {
+        if (!(fabs(m[i][3]) < 1e30))
+            return false;
+        out->sphere[i] = (float)m[i][3];
+    }
+    out->sphere[3] = (float)radius;
+    out->kind = MESH_SPHERE;
+    return true;
+}
+
+static int build_triangles(const struct loader *loader, const struct shape *shape,
+                           struct mesh *out) {
     struct mesh_data mesh = {0};
     int status = FEWRAY_OK;
     if (!take_mesh(loader, shape, &mesh))
@@ -197,19 +250,27 @@ static int build_mesh(const struct loader *loader, const struct shape *shape, st
     else if (!set_normals(&mesh, shape))
         status = FEWRAY_ERROR_MEMORY;
     set_uvs(&mesh, shape->flip_v);
-    out->id = strdup(shape->name);
-    if (!out->id && !status)
-        status = FEWRAY_ERROR_MEMORY;
     out->vertex_count = mesh.vertex_count;
     out->triangle_count = mesh.triangle_count;
     out->positions = mesh.positions;
     out->normals = mesh.normals;
     out->uvs = mesh.uvs;
     out->indices = mesh.indices;
-    out->bsdf = shape->bsdf;
-    out->emissive = shape->emissive;
-    out->radiance = shape->radiance;
     return status;
+}
+
+static int build_mesh(const struct loader *loader, const struct shape *shape, struct mesh *out) {
+    out->bsdf = shape->bsdf;
+    out->emission = shape->emission;
+    out->group = shape->group;
+    out->id = strdup(shape->name);
+    if (!out->id)
+        return FEWRAY_ERROR_MEMORY;
+    if (shape->kind == SHAPE_SPHERE && set_sphere(&shape->to_world, out)) {
+        out->flip_normals = is_flipped(shape);
+        return FEWRAY_OK;
+    }
+    return build_triangles(loader, shape, out);
 }
 
 int meshes_build(struct loader *loader) {

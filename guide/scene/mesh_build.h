@@ -9,7 +9,14 @@
 #include "guide/scene/transform.h"
 #include "guide/vec.h"
 
-enum shape_kind { SHAPE_FILE, SHAPE_RECTANGLE, SHAPE_DISK, SHAPE_CUBE, SHAPE_SPHERE };
+enum shape_kind {
+    SHAPE_FILE,
+    SHAPE_RECTANGLE,
+    SHAPE_DISK,
+    SHAPE_CUBE,
+    SHAPE_CYLINDER,
+    SHAPE_SPHERE
+};
 
 struct shape {
     const struct xml_node *node;
@@ -18,9 +25,10 @@ struct shape {
     int asset; /* of SHAPE_FILE */
     struct transform to_world;
     bool face_normals, flip_normals, flip_v;
+    int group; /* -1: the scene itself */
     int bsdf;
-    bool emissive;
-    struct vec3 radiance;
+    bool has_emitter; /* maybe a black one */
+    int emission;     /* texture; -1 = none */
 };
 
 /* Fills scene->meshes, in parallel, one for each shape. */

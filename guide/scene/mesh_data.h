@@ -37,12 +37,17 @@ int mesh_parse_obj(const char *path, const char *text, size_t size, struct mesh_
 /* PLY, binary little endian or ascii. */
 int mesh_read_ply(const char *path, struct mesh_data *out, struct fewray_error *error);
 
+/* Mesh `index` of a file in Mitsuba's serialized format, version 3 or 4. */
+int mesh_read_serialized(const char *path, int index, struct mesh_data *out,
+                         struct fewray_error *error);
+
 /* Simple shapes as Mitsuba has them: [-1,1]^2 in the xy plane; radius 1 in the xy plane; [-1,1]^3;
- * radius 1 around 0. False without memory. */
+ * radius 1 around 0; radius 1 around the z axis from 0 to 1, open. False without memory. */
 bool mesh_make_rectangle(struct mesh_data *out);
 bool mesh_make_disk(struct mesh_data *out);
 bool mesh_make_cube(struct mesh_data *out);
 bool mesh_make_sphere(struct mesh_data *out);
+bool mesh_make_cylinder(struct mesh_data *out);
 
 /* Vertex normals (vertex_count, 3) that weight each triangle's normal by its angle at the vertex:
  * what Mitsuba gives to meshes without normals. NULL without memory. Thürmer and Wüthrich,

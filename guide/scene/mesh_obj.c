@@ -1,267 +1,192 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Wavefront OBJ: one pass over the text. */
+/* Wavefront OBJ: the text is split into chunks of whole lines, which are counted, then parsed, each
+ * by whoever of the surrounding team has time. The chunks don't depend on the number of threads. */
 
-#include <float.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "guide/scene/file_bytes.h"
 #include "guide/scene/memory.h"
 #include "guide/scene/mesh_data.h"
-#include "guide/scene/number.h"
+#include "guide/scene/obj_chunk.h"
+#include "guide/scene/team.h"
 
-#define NO_VERTEX UINT32_MAX
+#define CHUNK_BYTES ((size_t)1 << 18)
+#define NO_VERTEX   UINT32_MAX
 /* How far an equal corner is looked for: longer chains occur only in files that are made to be
  * slow. */
 #define MAX_CHAIN 256
 
-struct values {
-    float *data;
-    size_t count, capacity; /* in tuples, in floats */
-};
-
-/* A vertex of the mesh: the 0-based position, uv and normal (-1 = none) of a face's corner. */
-struct corner {
-    int32_t v, vt, vn;
-    uint32_t next; /* vertex with the same v, or NO_VERTEX: equal corners are found in this chain */
+/* A vertex of the mesh, in a chain of those with the same position. */
+struct vertex {
+    struct obj_corner corner;
+    uint32_t next; /* or NO_VERTEX */
 };
 
 struct obj {
     const char *path;
-    int line;
-    struct values v, vt, vn;
-    struct corner *corners;
-    size_t corner_count, corner_capacity;
-    uint32_t *first; /* of each v: head of its chain */
-    size_t first_count, first_capacity;
-    uint32_t *indices;
-    size_t index_count, index_capacity;
-    bool lacks_uvs, lacks_normals; /* some corner does */
+    struct obj_chunk *chunks;
+    size_t chunk_count;
+    struct obj_counts counts; /* of the file */
+    struct obj_values values;
+    struct vertex *vertices;
+    size_t vertex_count, vertex_capacity;
+    uint32_t *first; /* (counts.v): head of each position's chain */
     struct fewray_error *error;
 };
 
 static int fail(const struct obj *obj, const char *what) {
-    return fewray_fail(obj->error, FEWRAY_ERROR_FORMAT, obj->path, obj->line, "%s", what);
+    return fewray_fail(obj->error, FEWRAY_ERROR_FORMAT, obj->path, 0, "%s", what);
 }
 
 static int fail_memory(const struct obj *obj) {
-    return fewray_fail(obj->error, FEWRAY_ERROR_MEMORY, obj->path, obj->line, "out of memory");
+    return fewray_fail(obj->error, FEWRAY_ERROR_MEMORY, obj->path, 0, "out of memory");
 }
 
-static bool is_blank(char c) {
-    return c == ' ' || c == '\t' || c == '\r';
-}
-
-/* Over blanks, and over a line's end that a backslash hides. */
-static const char *skip_blanks(struct obj *obj, const char *c) {
-    for (;;) {
-        if (is_blank(*c))
-            c++;
-        else if (c[0] == '\\' && c[1] == '\n')
-            c += 2, obj->line++;
-        else if (c[0] == '\\' && c[1] == '\r' && c[2] == '\n')
-            c += 3, obj->line++;
-        else
+/* The end of the line around c, which no backslash hides. */
+static const char *find_line_end(const char *c, const char *begin, const char *end) {
+    while (c < end) {
+        c = memchr(c, '\n', (size_t)(end - c));
+        if (!c)
+            return end;
+        const char *last = c > begin && c[-1] == '\r' ? c - 1 : c;
+        c++;
+        if (last == begin || last[-1] != '\\')
             return c;
     }
+    return end;
 }
 
-/* "nan" or "inf", as exporters write for the normals of degenerate faces. */
-static bool is_not_finite(const char *c) {
-    c += *c == '-' || *c == '+';
-    return *c == 'n' || *c == 'N' || *c == 'i' || *c == 'I';
-}
-
-static bool ends_line(char c) {
-    return !c || c == '\n' || c == '#';
-}
-
-/* Reads count numbers, the first needed of which must be there, into the next tuple of values. */
-static int read_tuple(struct obj *obj, const char **cursor, struct values *values, int count,
-                      int needed) {
-    const char *c = *cursor;
-    bool is_position = values == &obj->v;
-    if (!array_reserve((void **)&values->data, &values->capacity,
-                       (values->count + 1) * (size_t)count, sizeof(float)))
+static int split(struct obj *obj, const char *text, size_t size) {
+    const char *end = text + size;
+    obj->chunks = calloc(size / CHUNK_BYTES + 1, sizeof(*obj->chunks));
+    if (!obj->chunks)
         return fail_memory(obj);
-    float *to = values->data + values->count * (size_t)count;
-    for (int i = 0; i < count; i++) {
-        double value = 0;
-        c = skip_blanks(obj, c);
-        if (ends_line(*c)) {
-            if (i < needed)
-                return fail(obj, "a number is missing");
-        } else if (number_read(&c, &value)) {
-            if (!ends_line(*c) && !is_blank(*c) && *c != '\\')
-                return fail(obj, "a number is malformed");
-        } else if (is_not_finite(c)) {
-            /* Mended when the mesh is built, where it isn't a position. */
-            value = NAN;
-            while (!ends_line(*c) && !is_blank(*c))
-                c++;
-        } else {
-            return fail(obj, "a number is malformed");
-        }
-        if (is_position && !(fabs(value) <= FLT_MAX))
-            return fail(obj, "a vertex is not finite");
-        to[i] = (float)value;
+    for (const char *c = text; c < end;) {
+        struct obj_chunk *chunk = &obj->chunks[obj->chunk_count++];
+        chunk->begin = c;
+        c = (size_t)(end - c) > CHUNK_BYTES ? find_line_end(c + CHUNK_BYTES - 1, text, end) : end;
+        chunk->end = c;
     }
-    if (++values->count > MESH_MAX_COUNT)
-        return fail(obj, "the mesh is too large");
-    *cursor = c;
     return FEWRAY_OK;
 }
 
-/* A 1-based or negative index of count values so far, as 0-based. */
-static int read_index(const struct obj *obj, const char **cursor, size_t count, int32_t *out) {
-    int64_t index;
-    if (!number_read_integer(cursor, &index))
-        return fail(obj, "a face's index is missing");
-    int64_t zero_based = index > 0 ? index - 1 : (int64_t)count + index;
-    if (index == 0 || zero_based < 0 || zero_based >= (int64_t)count)
-        return fewray_fail(obj->error, FEWRAY_ERROR_FORMAT, obj->path, obj->line,
-                           "a face's index %lld is out of range: there are %zu so far",
-                           (long long)index, count);
-    *out = (int32_t)zero_based;
+static int count(struct obj *obj) {
+    struct obj_counts sum = {0};
+#pragma omp taskloop num_tasks(team_tasks())
+    for (size_t i = 0; i < obj->chunk_count; i++)
+        obj_chunk_count(&obj->chunks[i]);
+    for (size_t i = 0; i < obj->chunk_count; i++) {
+        const struct obj_counts *own = &obj->chunks[i].own;
+        obj->chunks[i].before = sum;
+        sum.lines += own->lines;
+        sum.v += own->v;
+        sum.vt += own->vt;
+        sum.vn += own->vn;
+    }
+    obj->counts = sum;
+    if (sum.v > MESH_MAX_COUNT || sum.vt > MESH_MAX_COUNT || sum.vn > MESH_MAX_COUNT)
+        return fail(obj, "the mesh is too large");
+    obj->values = (struct obj_values){malloc((3 * sum.v + 1) * sizeof(float)),
+                                      malloc((2 * sum.vt + 1) * sizeof(float)),
+                                      malloc((3 * sum.vn + 1) * sizeof(float))};
+    return obj->values.v && obj->values.vt && obj->values.vn ? FEWRAY_OK : fail_memory(obj);
+}
+
+/* Of several failures the first in the file is told. */
+static int parse(struct obj *obj) {
+#pragma omp taskloop num_tasks(team_tasks())
+    for (size_t i = 0; i < obj->chunk_count; i++)
+        obj_chunk_parse(&obj->chunks[i], obj->path, &obj->values);
+    for (size_t i = 0; i < obj->chunk_count; i++)
+        if (obj->chunks[i].status) {
+            if (obj->error)
+                *obj->error = obj->chunks[i].error;
+            return obj->chunks[i].status;
+        }
     return FEWRAY_OK;
 }
 
 /* The mesh's vertex for a corner: an equal one, or a new one. */
-static int add_corner(struct obj *obj, struct corner corner, uint32_t *vertex) {
-    if (obj->first_count < obj->v.count) {
-        if (!array_reserve((void **)&obj->first, &obj->first_capacity, obj->v.count,
-                           sizeof(*obj->first)))
-            return fail_memory(obj);
-        memset(obj->first + obj->first_count, 0xff,
-               (obj->v.count - obj->first_count) * sizeof(*obj->first));
-        obj->first_count = obj->v.count;
-    }
-    uint32_t *head = &obj->first[corner.v];
-    uint32_t i = *head;
-    for (int step = 0; i != NO_VERTEX && step < MAX_CHAIN; i = obj->corners[i].next, step++)
-        if (obj->corners[i].vt == corner.vt && obj->corners[i].vn == corner.vn) {
+static int find_vertex(struct obj *obj, const struct obj_corner *corner, uint32_t *vertex) {
+    uint32_t *head = &obj->first[corner->v], i = *head;
+    for (int step = 0; i != NO_VERTEX && step < MAX_CHAIN; i = obj->vertices[i].next, step++)
+        if (obj->vertices[i].corner.vt == corner->vt && obj->vertices[i].corner.vn == corner->vn) {
             *vertex = i;
             return FEWRAY_OK;
         }
-    if (!array_reserve((void **)&obj->corners, &obj->corner_capacity, obj->corner_count + 1,
-                       sizeof(*obj->corners)))
+    if (!array_reserve((void **)&obj->vertices, &obj->vertex_capacity, obj->vertex_count + 1,
+                       sizeof(*obj->vertices)))
         return fail_memory(obj);
-    if (obj->corner_count >= MESH_MAX_COUNT)
+    if (obj->vertex_count >= MESH_MAX_COUNT)
         return fail(obj, "the mesh is too large");
-    corner.next = *head;
-    *head = *vertex = (uint32_t)obj->corner_count;
-    obj->corners[obj->corner_count++] = corner;
+    obj->vertices[obj->vertex_count] = (struct vertex){*corner, *head};
+    *head = *vertex = (uint32_t)obj->vertex_count++;
     return FEWRAY_OK;
 }
 
-/* Reads "v", "v/vt", "v//vn" or "v/vt/vn". */
-static int read_corner(struct obj *obj, const char **cursor, uint32_t *vertex) {
-    struct corner corner = {-1, -1, -1, NO_VERTEX};
-    int status = read_index(obj, cursor, obj->v.count, &corner.v);
-    if (status)
-        return status;
-    if (**cursor == '/') {
-        ++*cursor;
-        if (**cursor != '/') {
-            status = read_index(obj, cursor, obj->vt.count, &corner.vt);
+/* Finds the vertices in the order of the faces; each corner's v becomes its vertex. */
+static int join_corners(struct obj *obj) {
+    obj->first = malloc((obj->counts.v + 1) * sizeof(*obj->first));
+    if (!obj->first)
+        return fail_memory(obj);
+    memset(obj->first, 0xff, obj->counts.v * sizeof(*obj->first));
+    for (size_t i = 0; i < obj->chunk_count; i++) {
+        struct obj_chunk *chunk = &obj->chunks[i];
+        for (size_t j = 0; j < chunk->corner_count; j++) {
+            uint32_t vertex = NO_VERTEX;
+            int status = find_vertex(obj, &chunk->corners[j], &vertex);
             if (status)
                 return status;
+            chunk->corners[j].v = (int32_t)vertex;
         }
-        if (**cursor == '/') {
-            ++*cursor;
-            status = read_index(obj, cursor, obj->vn.count, &corner.vn);
-            if (status)
-                return status;
-        }
-    }
-    obj->lacks_uvs |= corner.vt < 0;
-    obj->lacks_normals |= corner.vn < 0;
-    return add_corner(obj, corner, vertex);
-}
-
-static int read_face(struct obj *obj, const char **cursor) {
-    uint32_t first = 0, previous = 0, vertex = 0;
-    int corner_count = 0;
-    for (;; corner_count++) {
-        *cursor = skip_blanks(obj, *cursor);
-        if (ends_line(**cursor))
-            break;
-        int status = read_corner(obj, cursor, &vertex);
-        if (status)
-            return status;
-        if (corner_count == 0)
-            first = vertex;
-        if (corner_count >= 2) {
-            if (!array_reserve((void **)&obj->indices, &obj->index_capacity, obj->index_count + 3,
-                               sizeof(*obj->indices)))
-                return fail_memory(obj);
-            uint32_t *to = obj->indices + obj->index_count;
-            to[0] = first, to[1] = previous, to[2] = vertex;
-            obj->index_count += 3;
-        }
-        previous = vertex;
-    }
-    if (corner_count < 3)
-        return fail(obj, "a face has fewer than three corners");
-    if (obj->index_count / 3 > MESH_MAX_COUNT)
-        return fail(obj, "the mesh is too large");
-    return FEWRAY_OK;
-}
-
-/* Reads what stands in a line that matters; *cursor ends somewhere before its end. */
-static int read_line(struct obj *obj, const char **cursor) {
-    const char *c = *cursor = skip_blanks(obj, *cursor);
-    if (c[0] == 'v' && is_blank(c[1])) {
-        *cursor += 2;
-        return read_tuple(obj, cursor, &obj->v, 3, 3);
-    }
-    if (c[0] == 'v' && c[1] == 't' && is_blank(c[2])) {
-        *cursor += 3;
-        return read_tuple(obj, cursor, &obj->vt, 2, 1);
-    }
-    if (c[0] == 'v' && c[1] == 'n' && is_blank(c[2])) {
-        *cursor += 3;
-        return read_tuple(obj, cursor, &obj->vn, 3, 3);
-    }
-    if (c[0] == 'f' && is_blank(c[1])) {
-        *cursor += 2;
-        return read_face(obj, cursor);
     }
     return FEWRAY_OK;
 }
 
-static int read_lines(struct obj *obj, const char *text, size_t size) {
-    const char *c = text, *end = text + size;
-    for (obj->line = 1; c < end; obj->line++) {
-        int status = read_line(obj, &c);
-        if (status)
-            return status;
-        while (c < end && *c != '\n')
-            c++;
-        c++;
-    }
-    obj->line = 0;
-    if (!obj->index_count)
-        return fail(obj, "the mesh has no faces");
-    return FEWRAY_OK;
+static void fill_vertex(const struct obj *obj, size_t i, struct mesh_data *out) {
+    const struct obj_corner *corner = &obj->vertices[i].corner;
+    memcpy(out->positions + 3 * i, obj->values.v + 3 * (size_t)corner->v, 3 * sizeof(float));
+    if (out->normals)
+        memcpy(out->normals + 3 * i, obj->values.vn + 3 * (size_t)corner->vn, 3 * sizeof(float));
+    if (out->uvs)
+        memcpy(out->uvs + 2 * i, obj->values.vt + 2 * (size_t)corner->vt, 2 * sizeof(float));
+}
+
+/* Fans of triangles from the chunk's polygons; returns the end of what was written. */
+static uint32_t *write_triangles(const struct obj_chunk *chunk, uint32_t *to) {
+    const struct obj_corner *corner = chunk->corners;
+    for (size_t i = 0; i < chunk->face_count; corner += chunk->faces[i++])
+        for (uint32_t j = 2; j < chunk->faces[i]; j++) {
+            *to++ = (uint32_t)corner[0].v;
+            *to++ = (uint32_t)corner[j - 1].v;
+            *to++ = (uint32_t)corner[j].v;
+        }
+    return to;
 }
 
 static int assemble(const struct obj *obj, struct mesh_data *out) {
-    if (!mesh_data_allocate(out, obj->corner_count, obj->index_count / 3, !obj->lacks_normals,
-                            !obj->lacks_uvs)) {
+    bool lacks_uvs = false, lacks_normals = false;
+    size_t triangles = 0;
+    for (size_t i = 0; i < obj->chunk_count; i++) {
+        lacks_uvs |= obj->chunks[i].lacks_uvs;
+        lacks_normals |= obj->chunks[i].lacks_normals;
+        triangles += obj->chunks[i].corner_count - 2 * obj->chunks[i].face_count;
+    }
+    if (!triangles)
+        return fail(obj, "the mesh has no faces");
+    if (triangles > MESH_MAX_COUNT)
+        return fail(obj, "the mesh is too large");
+    if (!mesh_data_allocate(out, obj->vertex_count, triangles, !lacks_normals, !lacks_uvs)) {
         mesh_data_free(out);
         return fail_memory(obj);
     }
-    memcpy(out->indices, obj->indices, obj->index_count * sizeof(uint32_t));
-    for (size_t i = 0; i < obj->corner_count; i++) {
-        const struct corner *corner = &obj->corners[i];
-        memcpy(out->positions + 3 * i, obj->v.data + 3 * (size_t)corner->v, 3 * sizeof(float));
-        if (out->normals)
-            memcpy(out->normals + 3 * i, obj->vn.data + 3 * (size_t)corner->vn, 3 * sizeof(float));
-        if (out->uvs)
-            memcpy(out->uvs + 2 * i, obj->vt.data + 2 * (size_t)corner->vt, 2 * sizeof(float));
-    }
+#pragma omp taskloop num_tasks(team_tasks())
+    for (size_t i = 0; i < obj->vertex_count; i++)
+        fill_vertex(obj, i, out);
+    uint32_t *to = out->indices;
+    for (size_t i = 0; i < obj->chunk_count; i++)
+        to = write_triangles(&obj->chunks[i], to);
     return FEWRAY_OK;
 }
 
@@ -269,22 +194,27 @@ int mesh_parse_obj(const char *path, const char *text, size_t size, struct mesh_
                    struct fewray_error *error) {
     struct obj obj = {.path = path, .error = error};
     *out = (struct mesh_data){0};
-    int status = read_lines(&obj, text, size);
-    if (!status)
+    int status;
+    if (!(status = split(&obj, text, size)) && !(status = count(&obj)) && !(status = parse(&obj)) &&
+        !(status = join_corners(&obj)))
         status = assemble(&obj, out);
-    free(obj.v.data);
-    free(obj.vt.data);
-    free(obj.vn.data);
-    free(obj.corners);
+    for (size_t i = 0; i < obj.chunk_count; i++) {
+        free(obj.chunks[i].corners);
+        free(obj.chunks[i].faces);
+    }
+    free(obj.chunks);
+    free(obj.values.v);
+    free(obj.values.vt);
+    free(obj.values.vn);
+    free(obj.vertices);
     free(obj.first);
-    free(obj.indices);
     return status;
 }
 
 int mesh_read_obj(const char *path, struct mesh_data *out, struct fewray_error *error) {
     struct file_bytes file;
     *out = (struct mesh_data){0};
-    int status = file_read(path, &file, error);
+    int status = file_map_text(path, &file, error);
     if (status)
         return status;
     status = mesh_parse_obj(path, file.data, file.size, out, error);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rectangle, disk, cube and sphere as triangle meshes, with Mitsuba's uv and normals. */
+/* Rectangle, disk, cube, cylinder and sphere as triangle meshes, with Mitsuba's uv and normals. */
 
 #include <string.h>
 
@@ -7,6 +7,7 @@
 #include "guide/vec.h"
 
 #define DISK_SEGMENTS   512
+#define TUBE_SEGMENTS   512
 #define SPHERE_SEGMENTS 128 /* around the z axis */
 #define SPHERE_RINGS    64  /* from pole to pole */
 
@@ -111,5 +112,23 @@ bool mesh_make_sphere(struct mesh_data *out) {
             if (i < SPHERE_RINGS - 1)
                 set_triangle(out, t++, a + 1, b, b + 1);
         }
+    return true;
+}
+
+/* uv are (azimuth / 2 pi, z). The seam is doubled, since u differs there. */
+bool mesh_make_cylinder(struct mesh_data *out) {
+    if (!mesh_data_allocate(out, 2 * (TUBE_SEGMENTS + 1), 2 * TUBE_SEGMENTS, true, true))
+        return false;
+    for (int i = 0; i <= TUBE_SEGMENTS; i++) {
+        double phi = 2 * 3.14159265358979323846 * (i % TUBE_SEGMENTS) / TUBE_SEGMENTS;
+        struct vec3 n = vec((float)cos(phi), (float)sin(phi), 0);
+        for (int j = 0; j < 2; j++)
+            set_vertex(out, 2 * i + j, vec(n.x, n.y, (float)j), n, (float)i / TUBE_SEGMENTS,
+                       (float)j);
+    }
+    for (int i = 0; i < TUBE_SEGMENTS; i++) {
+        set_triangle(out, 2 * i, 2 * i, 2 * i + 2, 2 * i + 3);
+        set_triangle(out, 2 * i + 1, 2 * i, 2 * i + 3, 2 * i + 1);
+    }
     return true;
 }

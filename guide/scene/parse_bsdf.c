@@ -1,12 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* BSDFs: diffuse and twosided; others of Mitsuba's as the diffuse one that comes nearest. */
+/* BSDFs: which plugin is read by which function, and what becomes of those that aren't supported.
+ */
+
+#include "guide/scene/parse_bsdf.h"
 
 #include <string.h>
 
 #include "guide/scene/memory.h"
-#include "guide/scene/params.h"
 
-static int add_bsdf(struct loader *loader, struct bsdf bsdf, int *index) {
+#define MAX_DEPTH 16
+
+int add_bsdf(struct loader *loader, struct bsdf bsdf, int *index) {
     struct fewray_scene *scene = loader->scene;
     if (!array_reserve((void **)&scene->bsdfs, &loader->bsdf_capacity,
                        (size_t)scene->bsdf_count + 1, sizeof(*scene->bsdfs)))
@@ -17,17 +21,13 @@ static int add_bsdf(struct loader *loader, struct bsdf bsdf, int *index) {
 }
 
 int make_grey_bsdf(struct loader *loader, float reflectance, int *index) {
-    struct bsdf bsdf = {0};
-    struct xml_node none = {.tag = (char *)"bsdf"};
-    int status = parse_reflectance(loader, &none, "reflectance",
-                                   vec(reflectance, reflectance, reflectance), &bsdf.reflectance);
+    struct bsdf bsdf = empty_bsdf(BSDF_DIFFUSE);
+    int status = make_constant_texture(loader, vec(reflectance, reflectance, reflectance),
+                                       &bsdf.reflectance);
     return status ? status : add_bsdf(loader, bsdf, index);
 }
 
-static int read_bsdf(struct loader *loader, struct xml_node *node, struct bsdf *out);
-
-/* The first BSDF among the children that no one has used yet, or NULL. */
-static int next_nested(struct loader *loader, struct xml_node *node, struct xml_node **nested) {
+int next_nested_bsdf(struct loader *loader, struct xml_node *node, struct xml_node **nested) {
     *nested = NULL;
     for (struct xml_node *child = node->first_child; child; child = child->next) {
         struct xml_node *object;
@@ -44,27 +44,55 @@ static int next_nested(struct loader *loader, struct xml_node *node, struct xml_
 }
 
 static int parse_diffuse(struct loader *loader, struct xml_node *node, struct bsdf *out) {
-    int status =
-        parse_reflectance(loader, node, "reflectance", vec(0.5f, 0.5f, 0.5f), &out->reflectance);
-    return status ? status : params_finish(loader, node);
+    return parse_reflectance(loader, node, "reflectance", vec(0.5f, 0.5f, 0.5f), &out->reflectance);
 }
 
-static int parse_twosided(struct loader *loader, struct xml_node *node, struct bsdf *out) {
-    struct xml_node *front, *back;
-    int status = next_nested(loader, node, &front);
-    if (status)
-        return status;
-    if (!front)
-        return loader_fail(loader, FEWRAY_ERROR_FORMAT, node, "twosided has no BSDF inside");
-    status = read_bsdf(loader, front, out);
-    if (!status)
-        status = next_nested(loader, node, &back);
-    if (!status && back)
-        status = loader_warn(loader, node, "twosided with two BSDFs: the first is on both sides");
-    if (status)
-        return status;
-    out->twosided = true;
-    return params_finish(loader, node);
+static int parse_null(struct loader *loader, struct xml_node *node, struct bsdf *out) {
+    (void)loader, (void)node, (void)out;
+    return FEWRAY_OK;
+}
+
+static const struct {
+    const char *type;
+    enum bsdf_kind kind;
+    int (*parse)(struct loader *, struct xml_node *, struct bsdf *);
+} plugins[] = {
+    {"diffuse", BSDF_DIFFUSE, parse_diffuse},
+    {"plastic", BSDF_PLASTIC, parse_plastic},
+    {"roughplastic", BSDF_ROUGH_PLASTIC, parse_plastic},
+    {"conductor", BSDF_CONDUCTOR, parse_conductor},
+    {"roughconductor", BSDF_ROUGH_CONDUCTOR, parse_conductor},
+    {"dielectric", BSDF_DIELECTRIC, parse_dielectric},
+    {"thindielectric", BSDF_THIN_DIELECTRIC, parse_dielectric},
+    {"roughdielectric", BSDF_ROUGH_DIELECTRIC, parse_dielectric},
+    {"principled", BSDF_PRINCIPLED, parse_principled},
+    {"null", BSDF_NULL, parse_null},
+    {"twosided", BSDF_TWOSIDED, parse_twosided},
+    {"mask", BSDF_MASK, parse_mask},
+    {"blendbsdf", BSDF_BLEND, parse_blend},
+    {"bumpmap", BSDF_BUMP_MAP, parse_bump_map},
+    {"normalmap", BSDF_NORMAL_MAP, parse_normal_map},
+};
+
+/* The id of the BSDF, or of the one around it. */
+static const char *find_id(const struct xml_node *node) {
+    for (; node && node->tag && !strcmp(node->tag, "bsdf"); node = node->parent)
+        if (xml_attribute(node, "id"))
+            return xml_attribute(node, "id");
+    return NULL;
+}
+
+static int read_plugin(struct loader *loader, struct xml_node *node, struct bsdf *out) {
+    const char *type = xml_attribute(node, "type"), *id = find_id(node);
+    for (size_t i = 0; i < sizeof(plugins) / sizeof(*plugins); i++)
+        if (!strcmp(type, plugins[i].type)) {
+            *out = empty_bsdf(plugins[i].kind);
+            int status = plugins[i].parse(loader, node, out);
+            return status ? status : params_finish(loader, node);
+        }
+    return loader_fail(loader, FEWRAY_ERROR_UNSUPPORTED, node,
+                       "bsdf '%s'%s%s%s is not supported yet (--lenient draws it diffuse)", type,
+                       id ? " (id '" : "", id ? id : "", id ? "')" : "");
 }
 
 /* The parameter that says best how much of the light such a BSDF reflects. */
@@ -77,63 +105,55 @@ static const char *reflectance_name(struct xml_node *node) {
     return "reflectance";
 }
 
-/* The id of the BSDF, or of the one around it. */
-static const char *find_id(const struct xml_node *node) {
-    for (; node && node->tag && !strcmp(node->tag, "bsdf"); node = node->parent)
-        if (xml_attribute(node, "id"))
-            return xml_attribute(node, "id");
-    return NULL;
-}
-
-/* Shiny, transparent and layered BSDFs become twosided diffuse ones. */
-static int parse_other(struct loader *loader, struct xml_node *node, struct bsdf *out) {
+/* What isn't supported becomes twosided: its first nested BSDF, or a diffuse one. */
+static int approximate(struct loader *loader, struct xml_node *node, struct bsdf *out) {
     struct xml_node *nested;
     const char *id = find_id(node);
+    struct bsdf inner = empty_bsdf(BSDF_DIFFUSE);
     int status =
         loader_warn(loader, node, "bsdf '%s'%s%s%s is rendered as diffuse",
                     xml_attribute(node, "type"), id ? " (id '" : "", id ? id : "", id ? "')" : "");
+    for (struct xml_node *child = node->first_child; child; child = child->next)
+        child->used = false;
     if (!status)
-        status = next_nested(loader, node, &nested);
+        status = next_nested_bsdf(loader, node, &nested);
     if (status)
         return status;
-    status = nested ? read_bsdf(loader, nested, out)
-                    : parse_reflectance(loader, node, reflectance_name(node), vec(0.5f, 0.5f, 0.5f),
-                                        &out->reflectance);
-    out->twosided = true;
+    *out = empty_bsdf(BSDF_TWOSIDED);
+    if (nested)
+        status = parse_bsdf(loader, nested, &out->nested[0]);
+    else
+        status = parse_reflectance(loader, node, reflectance_name(node), vec(0.5f, 0.5f, 0.5f),
+                                   &inner.reflectance);
+    if (!nested && !status)
+        status = add_bsdf(loader, inner, &out->nested[0]);
+    if (!status)
+        out->tangents = loader->scene->bsdfs[out->nested[0]].tangents;
     params_ignore_all(node);
     return status;
 }
 
-/* What a BSDF is, without a place of its own among the scene's. */
-static int read_bsdf(struct loader *loader, struct xml_node *node, struct bsdf *out) {
-    const char *type = xml_attribute(node, "type");
-    int status;
+int parse_bsdf(struct loader *loader, struct xml_node *node, int *index) {
+    struct bsdf bsdf = empty_bsdf(BSDF_DIFFUSE);
     if (node->index >= 0) {
-        *out = loader->scene->bsdfs[node->index];
+        *index = node->index;
         return FEWRAY_OK;
     }
     if (node->busy)
         return loader_fail(loader, FEWRAY_ERROR_FORMAT, node, "bsdf '%s' refers to itself",
-                           find_id(node) ? find_id(node) : type);
+                           find_id(node) ? find_id(node) : xml_attribute(node, "type"));
+    if (loader->bsdf_depth == MAX_DEPTH)
+        return loader_fail(loader, FEWRAY_ERROR_FORMAT, node, "BSDFs are nested deeper than %d",
+                           MAX_DEPTH);
     node->busy = true;
-    if (!strcmp(type, "diffuse"))
-        status = parse_diffuse(loader, node, out);
-    else if (!strcmp(type, "twosided"))
-        status = parse_twosided(loader, node, out);
-    else
-        status = parse_other(loader, node, out);
+    loader->bsdf_depth++;
+    int status = read_plugin(loader, node, &bsdf);
+    if (status == FEWRAY_ERROR_UNSUPPORTED && loader->lenient)
+        status = approximate(loader, node, &bsdf);
+    loader->bsdf_depth--;
     node->busy = false;
-    return status;
-}
-
-int parse_bsdf(struct loader *loader, struct xml_node *node, int *index) {
-    struct bsdf bsdf = {0};
-    int status = FEWRAY_OK;
-    if (node->index < 0) {
-        status = read_bsdf(loader, node, &bsdf);
-        if (!status)
-            status = add_bsdf(loader, bsdf, &node->index);
-    }
+    if (!status)
+        status = add_bsdf(loader, bsdf, &node->index);
     *index = node->index;
     return status;
 }

@@ -51,12 +51,10 @@ static int parse_integrator(struct loader *loader, struct xml_node *integrator) 
         return parse_path_integrator(loader, integrator);
     if (!strcmp(type, "direct"))
         return parse_direct_integrator(loader, integrator);
-    if (is_one_of(type, volume_paths)) {
-        int status = loader_warn(loader, integrator,
-                                 "integrator '%s' is rendered as path: media are left out", type);
-        return status ? status : parse_path_integrator(loader, integrator);
-    }
-    if (is_one_of(type, wrappers)) {
+    /* Without media, which are refused or left out elsewhere, they are the same. */
+    if (is_one_of(type, volume_paths))
+        return parse_path_integrator(loader, integrator);
+    if (is_one_of(type, wrappers) && loader->lenient) {
         struct xml_node *nested = find_nested_integrator(integrator);
         if (!nested)
             return loader_fail(loader, FEWRAY_ERROR_UNSUPPORTED, integrator,
@@ -67,7 +65,8 @@ static int parse_integrator(struct loader *loader, struct xml_node *integrator) 
         return status ? status : parse_integrator(loader, nested);
     }
     return loader_fail(loader, FEWRAY_ERROR_UNSUPPORTED, integrator,
-                       "integrator '%s' is not supported yet: use path", type);
+                       "integrator '%s' is not supported yet: use path%s", type,
+                       is_one_of(type, wrappers) ? ", or --lenient for the one inside" : "");
 }
 
 /* Sensors and integrators count once: the first is taken, as in Mitsuba. */
@@ -96,7 +95,7 @@ int parse_scene(struct loader *loader) {
         else if (!strcmp(object->tag, "shape"))
             status = parse_shape(loader, object);
         else if (!strcmp(object->tag, "emitter"))
-            status = parse_environment(loader, object);
+            status = parse_emitter(loader, object);
         else
             /* BSDFs and textures are read where a shape refers to them; unused ones cost nothing.
              */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The perspective sensor, its film and its sampler. */
+/* Sensors of perspective and thin lenses, their film and sampler. */
 
 #include <string.h>
 
@@ -139,27 +139,45 @@ static int parse_camera_transform(struct loader *loader, struct xml_node *sensor
     return FEWRAY_OK;
 }
 
-static int refuse_offsets(struct loader *loader, struct xml_node *sensor) {
-    static const char *const names[] = {"principal_point_offset_x", "principal_point_offset_y"};
-    for (int i = 0; i < 2; i++) {
-        double offset = 0;
-        int status = param_float(loader, sensor, names[i], &offset);
-        if (!status && offset != 0)
-            status = loader_fail(loader, FEWRAY_ERROR_UNSUPPORTED, param_find(sensor, names[i]),
-                                 "%s is not supported yet", names[i]);
-        if (status)
-            return status;
-    }
-    return FEWRAY_OK;
+/* The optical axis away from the picture's middle. */
+static int parse_offsets(struct loader *loader, struct xml_node *sensor) {
+    struct camera *camera = &loader->scene->camera;
+    double x = 0, y = 0;
+    int status = param_number(loader, sensor, "principal_point_offset_x", -1e3, 1e3, &x);
+    if (!status)
+        status = param_number(loader, sensor, "principal_point_offset_y", -1e3, 1e3, &y);
+    camera->principal_x = (float)x;
+    camera->principal_y = (float)y;
+    return status;
+}
+
+/* Only a thin lens blurs; it is focused on the far clipping plane unless told. */
+static int parse_lens(struct loader *loader, struct xml_node *sensor) {
+    struct camera *camera = &loader->scene->camera;
+    double radius = 0, far_clip = 1e4, distance;
+    if (!param_find(sensor, "aperture_radius"))
+        return loader_fail(loader, FEWRAY_ERROR_FORMAT, sensor,
+                           "the thinlens has no aperture_radius");
+    int status = param_number(loader, sensor, "aperture_radius", 0, 1e30, &radius);
+    if (!status)
+        status = param_number(loader, sensor, "far_clip", 1e-30, 1e30, &far_clip);
+    distance = far_clip;
+    if (!status)
+        status = param_number(loader, sensor, "focus_distance", 1e-30, 1e30, &distance);
+    camera->aperture_radius = (float)radius;
+    camera->focus_distance = (float)distance;
+    return status;
 }
 
 int parse_sensor(struct loader *loader, struct xml_node *sensor) {
-    static const char *const ignored[] = {"near_clip",    "far_clip",      "focus_distance",
-                                          "shutter_open", "shutter_close", NULL};
+    static const char *const ignored[] = {
+        "near_clip",         "far_clip", "focus_distance", "shutter_open", "shutter_close",
+        "shutter_open_time", NULL};
     const char *type = xml_attribute(sensor, "type");
-    if (strcmp(type, "perspective"))
+    bool thin_lens = !strcmp(type, "thinlens");
+    if (strcmp(type, "perspective") && !thin_lens)
         return loader_fail(loader, FEWRAY_ERROR_UNSUPPORTED, sensor,
-                           "sensor '%s' is not supported yet: use perspective", type);
+                           "sensor '%s' is not supported yet: use perspective or thinlens", type);
     params_ignore(sensor, ignored);
     int status = FEWRAY_OK;
     for (struct xml_node *child = sensor->first_child; child && !status; child = child->next) {
@@ -180,6 +198,6 @@ int parse_sensor(struct loader *loader, struct xml_node *sensor) {
     if (!status)
         status = parse_camera_transform(loader, sensor);
     if (!status)
-        status = refuse_offsets(loader, sensor);
+        status = thin_lens ? parse_lens(loader, sensor) : parse_offsets(loader, sensor);
     return status ? status : params_finish(loader, sensor);
 }

@@ -53,8 +53,6 @@ static const struct {
     {"transform", ELEMENT_TRANSFORM}, {"translate", ELEMENT_OPERATION},
     {"rotate", ELEMENT_OPERATION},    {"scale", ELEMENT_OPERATION},
     {"lookat", ELEMENT_OPERATION},    {"matrix", ELEMENT_OPERATION},
-    {"include", ELEMENT_UNSUPPORTED}, {"alias", ELEMENT_UNSUPPORTED},
-    {"path", ELEMENT_UNSUPPORTED},
 };
 
 enum element_kind element_kind(const char *tag) {

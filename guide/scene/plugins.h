@@ -9,13 +9,12 @@
 
 enum element_kind {
     ELEMENT_UNKNOWN,
-    ELEMENT_OBJECT,     /* has a plugin type: <bsdf type="diffuse"> */
-    ELEMENT_REFERENCE,  /* <ref id="..."/> */
-    ELEMENT_PROPERTY,   /* a value with a name: <float name="fov" value="40"/> */
-    ELEMENT_TRANSFORM,  /* <transform name="to_world"> */
-    ELEMENT_OPERATION,  /* <translate x="1"/>, within a transform */
-    ELEMENT_DEFAULT,    /* <default name="spp" value="16"/> */
-    ELEMENT_UNSUPPORTED /* Mitsuba has it, fewray doesn't: <include>, <alias>, <path> */
+    ELEMENT_OBJECT,    /* has a plugin type: <bsdf type="diffuse"> */
+    ELEMENT_REFERENCE, /* <ref id="..."/> */
+    ELEMENT_PROPERTY,  /* a value with a name: <float name="fov" value="40"/> */
+    ELEMENT_TRANSFORM, /* <transform name="to_world"> */
+    ELEMENT_OPERATION, /* <translate x="1"/>, within a transform */
+    ELEMENT_DEFAULT    /* <default name="spp" value="16"/> */
 };
 
 enum element_kind element_kind(const char *tag);

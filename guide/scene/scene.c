@@ -5,6 +5,24 @@
 
 #include <stdlib.h>
 
+struct bsdf empty_bsdf(enum bsdf_kind kind) {
+    struct bsdf bsdf = {.kind = kind,
+                        .nested = {-1, -1},
+                        .weight = -1,
+                        .reflectance = -1,
+                        .specular_reflectance = -1,
+                        .specular_transmittance = -1,
+                        .alpha_u = -1,
+                        .alpha_v = -1,
+                        .eta = 1,
+                        .bump_scale = 1,
+                        .flip_invalid_normals = true,
+                        .use_shadowing_function = true};
+    for (int i = 0; i < PRINCIPLED_COUNT; i++)
+        bsdf.principled[i] = -1;
+    return bsdf;
+}
+
 void fewray_scene_destroy(struct fewray_scene **scene) {
     struct fewray_scene *s = *scene;
     if (!s)
@@ -21,13 +39,30 @@ void fewray_scene_destroy(struct fewray_scene **scene) {
     for (int i = 0; i < s->warning_count; i++)
         free(s->warnings[i]);
     free(s->meshes);
+    free(s->instances);
     free(s->images);
     free(s->warnings);
     free(s->textures);
     free(s->bsdfs);
+    free(s->lights);
     free(s->path);
     free(s);
     *scene = NULL;
+}
+
+/* BSDFs that meshes have, without those that are nested in them. */
+static int count_materials(const struct fewray_scene *scene) {
+    int count = 0;
+    bool *counted = calloc((size_t)scene->bsdf_count + 1, sizeof(*counted));
+    if (!counted)
+        return scene->bsdf_count;
+    for (int i = 0; i < scene->mesh_count; i++) {
+        bool *mesh = &counted[scene->meshes[i].bsdf];
+        count += !*mesh;
+        *mesh = true;
+    }
+    free(counted);
+    return count;
 }
 
 struct fewray_scene_summary fewray_scene_summarize(const struct fewray_scene *scene) {
@@ -37,14 +72,16 @@ struct fewray_scene_summary fewray_scene_summarize(const struct fewray_scene *sc
         .max_depth = scene->max_depth,
         .sample_count = scene->sample_count,
         .meshes = scene->mesh_count,
-        .materials = scene->bsdf_count,
-        .emitters = scene->environment.kind != ENVIRONMENT_NONE,
+        .materials = count_materials(scene),
+        .emitters = (scene->environment.kind != ENVIRONMENT_NONE) + scene->light_count,
+        .images = scene->image_count,
+        .unused_textures = scene->unused_textures,
         .warning_count = scene->warning_count,
         .warnings = (const char *const *)scene->warnings,
     };
     for (int i = 0; i < scene->mesh_count; i++) {
         summary.triangles += scene->meshes[i].triangle_count;
-        summary.emitters += scene->meshes[i].emissive;
+        summary.emitters += scene->meshes[i].emission >= 0;
     }
     for (int i = 0; i < scene->texture_count; i++)
         summary.textures += scene->textures[i].kind != TEXTURE_CONSTANT;

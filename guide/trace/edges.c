@@ -1,14 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Directly seen emission at its edges, from more camera rays than paths: a bright window's outline
- * is noise that neither a guide nor a denoiser can remove, and a camera ray costs a fraction of a
- * path. */
+/* What the camera sees at edges, from more camera rays than paths: the outline of a bright window
+ * or of a thin frame is noise that neither a guide nor a denoiser can remove, and a camera ray
+ * costs a fraction of a path. */
 
-#include "guide/trace/basis.h"
+#include "guide/basis.h"
 #include "guide/trace/tiles.h"
 
-#define EDGE_RAYS     32    /* a pixel */
-#define EDGE_CONTRAST 0.25f /* of the brightest neighbour: a smaller step isn't worth the rays */
-#define STREAM_EDGE   0x65646765u
+#define EMISSION_CONTRAST 0.25f /* of the brightest neighbour: less isn't worth the rays */
+#define ALBEDO_CONTRAST   0.1f
+#define NORMAL_CONTRAST   0.3f  /* along an axis */
+#define DEPTH_CONTRAST    0.05f /* of the farthest neighbour */
+#define STREAM_EDGE       0x65646765u
+
+enum { EMISSION, ALBEDO = 3, NORMAL = 6, DEPTH = 9, FEATURES = 10 };
+#define BORDERED (TILE_SIZE + 2)
 
 struct edge_job {
     const struct fewray_render_settings *settings;
@@ -17,55 +22,107 @@ struct edge_job {
     uint32_t seed;
 };
 
-static float emission_at(const struct fewray_film *film, int x, int y) {
+/* The features of a tile and of the pixels around it, means over the samples; beyond the picture
+ * those of its border. */
+struct edge_tile {
+    float features[BORDERED][BORDERED][FEATURES];
+};
+
+static void features_at(const struct fewray_film *film, int x, int y, float f[FEATURES]) {
     const struct pixel_group *g =
         &film->groups[((size_t)y * (size_t)film->width + (size_t)x) * GROUP_COUNT];
     int n = g[GROUP_LOOK].count + g[GROUP_REST].count;
-    float sum = 0;
-    for (int k = 0; k < GROUP_COUNT && n > 0; k++)
-        sum +=
-            (float)g[k].count / (float)n * (g[k].emission[0] + g[k].emission[1] + g[k].emission[2]);
-    return sum;
+    for (int i = 0; i < FEATURES; i++)
+        f[i] = 0;
+    for (int k = 0; k < GROUP_COUNT && n > 0; k++) {
+        float share = (float)g[k].count / (float)n;
+        for (int c = 0; c < 3; c++) {
+            f[EMISSION + c] += share * g[k].emission[c];
+            f[ALBEDO + c] += share * g[k].albedo[c];
+            f[NORMAL + c] += share * g[k].normal[c];
+        }
+        f[DEPTH] += share * g[k].depth;
+    }
 }
 
-/* Judged by the eight neighbours alone: a choice that looked at the pixel's own samples would bias
- * it. */
-static bool is_edge(const struct fewray_film *film, int x, int y) {
-    float low = INFINITY, high = 0;
-    for (int j = y - 1; j <= y + 1; j++)
-        for (int i = x - 1; i <= x + 1; i++) {
-            if ((i == x && j == y) || i < 0 || j < 0 || i >= film->width || j >= film->height)
-                continue;
-            float e = emission_at(film, i, j);
-            low = fminf(low, e);
-            high = fmaxf(high, e);
+static int clamp_index(int i, int n) {
+    return i < 0 ? 0 : i < n ? i : n - 1;
+}
+
+static void read_tile(const struct fewray_film *film, int x0, int y0, struct edge_tile *tile) {
+    for (int y = 0; y < BORDERED; y++)
+        for (int x = 0; x < BORDERED; x++)
+            features_at(film, clamp_index(x0 + x - 1, film->width),
+                        clamp_index(y0 + y - 1, film->height), tile->features[y][x]);
+}
+
+/* Camera rays that a pixel needs: all at edges of what shines, where errors are largest, half of
+ * them at others. Judged by the eight neighbours alone: a choice that looked at the pixel's own
+ * samples would bias it. (x, y) within the tile, border included. */
+static int rays_at(const struct edge_tile *tile, int x, int y, int camera_rays) {
+    float low[FEATURES], high[FEATURES];
+    for (int i = 0; i < FEATURES; i++) {
+        low[i] = INFINITY;
+        high[i] = -INFINITY;
+    }
+    for (int k = 0; k < 9; k++) {
+        const float *f = tile->features[y + k / 3 - 1][x + k % 3 - 1];
+        for (int i = 0; i < FEATURES && k != 4; i++) {
+            low[i] = fminf(low[i], f[i]);
+            high[i] = fmaxf(high[i], f[i]);
         }
-    return high - low > EDGE_CONTRAST * high;
+    }
+    bool bright = false, edge = high[DEPTH] - low[DEPTH] > DEPTH_CONTRAST * high[DEPTH];
+    for (int c = 0; c < 3; c++) {
+        bright |= high[EMISSION + c] - low[EMISSION + c] > EMISSION_CONTRAST * high[EMISSION + c];
+        edge |= high[ALBEDO + c] - low[ALBEDO + c] > ALBEDO_CONTRAST ||
+                high[NORMAL + c] - low[NORMAL + c] > NORMAL_CONTRAST;
+    }
+    return bright ? camera_rays : edge ? (camera_rays + 1) / 2 : 0;
+}
+
+/* Means over the camera rays of a pixel. */
+static void refine_pixel(const struct edge_job *job, int x, int y, int n, struct pixel_edge *edge) {
+    int used = 0;
+    uint32_t seed = hash_combine(hash_combine(job->seed, (uint32_t)x), (uint32_t)y);
+    double sum[FEATURES] = {0};
+    for (int s = 0; s < n; s++) {
+        float u[2];
+        sobol_point((uint32_t)s, seed, u);
+        struct sampler sampler = sampler_start(hash_u32(seed), (uint32_t)s);
+        struct path_sample p =
+            trace_features(&job->integrator, (float)x + u[0], (float)y + u[1], &sampler);
+        const float f[FEATURES] = {p.emission.x, p.emission.y, p.emission.z, p.albedo.x, p.albedo.y,
+                                   p.albedo.z,   p.normal.x,   p.normal.y,   p.normal.z, p.depth};
+        bool finite = true;
+        for (int i = 0; i < FEATURES; i++)
+            finite &= isfinite(f[i]);
+        for (int i = 0; i < FEATURES && finite; i++)
+            sum[i] += f[i];
+        used += finite;
+    }
+    edge->refined = used > 0;
+    for (int c = 0; c < 3 && used; c++) {
+        edge->emission[c] = (float)(sum[EMISSION + c] / used);
+        edge->albedo[c] = (float)(sum[ALBEDO + c] / used);
+        edge->normal[c] = (float)(sum[NORMAL + c] / used);
+    }
+    edge->depth = used ? (float)(sum[DEPTH] / used) : 0;
 }
 
 static void edge_tile(void *user, int x0, int y0, int x1, int y1,
                       struct fewray_render_stats *stats) {
     struct edge_job *job = user;
+    struct edge_tile tile;
+    read_tile(job->film, x0, y0, &tile);
     for (int y = y0; y < y1; y++)
         for (int x = x0; x < x1; x++) {
-            if (is_cancelled(job->settings) || !is_edge(job->film, x, y))
+            int n = rays_at(&tile, x - x0 + 1, y - y0 + 1, job->settings->camera_rays);
+            if (is_cancelled(job->settings) || n <= job->settings->spp)
                 continue;
-            uint32_t seed = hash_combine(hash_combine(job->seed, (uint32_t)x), (uint32_t)y);
-            double sum[3] = {0};
-            for (int s = 0; s < EDGE_RAYS; s++) {
-                float u[2];
-                sobol_point((uint32_t)s, seed, u);
-                struct vec3 e = trace_emission(&job->integrator, (float)x + u[0], (float)y + u[1]);
-                sum[0] += e.x;
-                sum[1] += e.y;
-                sum[2] += e.z;
-            }
-            struct pixel_edge *edge =
-                &job->film->edges[(size_t)y * (size_t)job->film->width + (size_t)x];
-            edge->refined = true;
-            for (int c = 0; c < 3; c++)
-                edge->emission[c] = (float)(sum[c] / EDGE_RAYS);
-            stats->rays += EDGE_RAYS;
+            refine_pixel(job, x, y, n,
+                         &job->film->edges[(size_t)y * (size_t)job->film->width + (size_t)x]);
+            stats->rays += n;
             stats->edge_pixels++;
         }
 }
@@ -73,7 +130,7 @@ static void edge_tile(void *user, int x0, int y0, int x1, int y1,
 int fewray_trace_edges(const struct fewray_world *world,
                        const struct fewray_render_settings *settings, struct fewray_film *film,
                        struct fewray_render_stats *stats, struct fewray_error *error) {
-    if (settings->spp >= EDGE_RAYS) /* the samples themselves know the edges better */
+    if (settings->spp >= settings->camera_rays) /* the samples themselves know the edges better */
         return FEWRAY_OK;
     struct edge_job job = {
         settings, film_integrator(world, film, settings), film,

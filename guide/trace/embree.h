@@ -27,9 +27,22 @@ static inline struct RTCRay embree_ray(struct vec3 origin, struct vec3 direction
                            .mask = ~0u};
 }
 
+/* Embree's debug checks abort on coordinates beyond this, or NaN. */
+#define EMBREE_COORDINATE_MAX 1.844e18f
+
+/* False of a ray that is so far away that nothing can be on it. */
+static inline bool embree_valid(const struct RTCRay *ray) {
+    /* A sum keeps a NaN, which no comparison holds for. */
+    float size = fabsf(ray->org_x) + fabsf(ray->org_y) + fabsf(ray->org_z) + fabsf(ray->dir_x) +
+                 fabsf(ray->dir_y) + fabsf(ray->dir_z);
+    return size <= EMBREE_COORDINATE_MAX;
+}
+
 static inline void embree_intersect(RTCScene scene, struct RTCRayHit *ray_hit, bool coherent) {
     ray_hit->hit.geomID = RTC_INVALID_GEOMETRY_ID;
     ray_hit->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    if (!embree_valid(&ray_hit->ray))
+        return;
 #if FEWRAY_EMBREE >= 4
     struct RTCIntersectArguments arguments;
     rtcInitIntersectArguments(&arguments);
@@ -47,6 +60,8 @@ static inline void embree_intersect(RTCScene scene, struct RTCRayHit *ray_hit, b
 static inline bool embree_occluded(RTCScene scene, struct vec3 origin, struct vec3 direction,
                                    float t_max) {
     struct RTCRay ray = embree_ray(origin, direction, t_max);
+    if (!embree_valid(&ray))
+        return true;
 #if FEWRAY_EMBREE >= 4
     struct RTCOccludedArguments arguments;
     rtcInitOccludedArguments(&arguments);

@@ -18,6 +18,7 @@ void fewray_render_settings_init(struct fewray_render_settings *settings) {
         .share_maps = true,
         .refine = true,
         .map_bins = SPHERE_ROWS,
+        .camera_rays = 32,
     };
 }
 
@@ -87,10 +88,6 @@ struct integrator film_integrator(const struct fewray_world *world, const struct
                                .rr_depth = world->scene->rr_depth};
 }
 
-static bool is_finite(struct vec3 v) {
-    return isfinite(v.x) && isfinite(v.y) && isfinite(v.z);
-}
-
 static void accumulate(double sums[3], struct vec3 v) {
     sums[0] += v.x;
     sums[1] += v.y;
@@ -155,6 +152,9 @@ static float look_share(const struct fewray_film *film, const struct fewray_maps
     return a / (a + b * maps_look_noise(maps, x, y));
 }
 
+/* Keeps the variance of absurd radiances a number. */
+#define VARIANCE_MAX 1e30f
+
 /* Variance of the pixel's mean. The spread is pooled over both groups because a look of one sample
  * has none of its own. */
 static float mean_variance(const struct pixel_group *a, const struct pixel_group *b, float share,
@@ -173,9 +173,21 @@ static float mean_variance(const struct pixel_group *a, const struct pixel_group
 }
 
 struct layer_planes {
-    float *color[3], *variance[3], *albedo[3], *normal[3], *emission[3], *depth[3], *irradiance[3],
-        *confidence[3], *alpha;
+    float *color[3], *variance[3], *albedo[3], *shaded_albedo[3], *normal[3], *emission[3],
+        *depth[3], *irradiance[3], *confidence[3], *alpha;
 };
+
+/* What more camera rays saw of pixel i instead of what its samples saw. */
+static void replace_features(const struct pixel_edge *edge, size_t i,
+                             const struct layer_planes *p) {
+    for (int c = 0; c < 3; c++) {
+        p->color[c][i] = fmaxf(0, p->color[c][i] - p->emission[c][i]) + edge->emission[c];
+        p->emission[c][i] = edge->emission[c];
+        p->albedo[c][i] = edge->albedo[c];
+        p->normal[c][i] = edge->normal[c];
+    }
+    p->depth[0][i] = edge->depth;
+}
 
 static void fill_pixel(const struct fewray_film *film, const struct fewray_maps *maps, int x, int y,
                        const struct layer_planes *p) {
@@ -185,16 +197,15 @@ static void fill_pixel(const struct fewray_film *film, const struct fewray_maps 
     float s = look_share(film, maps, x, y, look, rest);
     for (int c = 0; c < 3; c++) {
         p->color[c][i] = s * look->radiance[c] + (1 - s) * rest->radiance[c];
-        p->variance[c][i] = mean_variance(look, rest, s, c);
+        p->variance[c][i] = fminf(mean_variance(look, rest, s, c), VARIANCE_MAX);
         p->albedo[c][i] = s * look->albedo[c] + (1 - s) * rest->albedo[c];
+        p->shaded_albedo[c][i] = p->albedo[c][i];
         p->normal[c][i] = s * look->normal[c] + (1 - s) * rest->normal[c];
         p->emission[c][i] = s * look->emission[c] + (1 - s) * rest->emission[c];
     }
-    for (int c = 0; c < 3 && film->edges[i].refined; c++) {
-        p->color[c][i] = fmaxf(0, p->color[c][i] - p->emission[c][i]) + film->edges[i].emission[c];
-        p->emission[c][i] = film->edges[i].emission[c];
-    }
     p->depth[0][i] = s * look->depth + (1 - s) * rest->depth;
+    if (film->edges[i].refined)
+        replace_features(&film->edges[i], i, p);
     p->alpha[i] = s * look->alpha + (1 - s) * rest->alpha;
 }
 
@@ -221,6 +232,7 @@ int fewray_film_frame(const struct fewray_film *film, const struct fewray_maps *
         (p.alpha = fewray_frame_add(frame, "A")) != NULL &&
         fewray_frame_add_layer(frame, FEWRAY_VARIANCE, p.variance) &&
         fewray_frame_add_layer(frame, FEWRAY_ALBEDO, p.albedo) &&
+        fewray_frame_add_layer(frame, FEWRAY_SHADED_ALBEDO, p.shaded_albedo) &&
         fewray_frame_add_layer(frame, FEWRAY_NORMAL, p.normal) &&
         fewray_frame_add_layer(frame, FEWRAY_DEPTH, p.depth) &&
         fewray_frame_add_layer(frame, FEWRAY_EMISSION, p.emission) &&

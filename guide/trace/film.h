@@ -17,11 +17,11 @@ struct pixel_group {
     float emission[3], albedo[3], normal[3], depth, alpha;
 };
 
-/* The directly seen emission of a pixel at an edge, from rays of its own: it replaces that of the
- * samples. */
+/* What the camera sees of a pixel at an edge, from rays of its own: it replaces what the samples
+ * saw. */
 struct pixel_edge {
     bool refined;
-    float emission[3];
+    float emission[3], albedo[3], normal[3], depth;
 };
 
 struct fewray_film {

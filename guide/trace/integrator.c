@@ -3,8 +3,9 @@
 
 #include "guide/trace/integrator.h"
 
-#include "guide/trace/basis.h"
+#include "guide/basis.h"
 #include "guide/trace/camera.h"
+#include "guide/trace/direct_light.h"
 
 /* A pixel's samples, the look's and the rest, share one sequence for the camera and for next-event
  * estimation at the first hit, so that they are stratified together. What a map learns from mustn't
@@ -12,9 +13,8 @@
  * the parts between which maps learn. */
 enum { BRANCH_LOOK = 1, BRANCH_PATHS };
 
-static bool is_black(struct vec3 c) {
-    return !(c.x > 0 || c.y > 0 || c.z > 0);
-}
+/* Of a vertex where the look spreads its bounces evenly and maps guide the others. */
+#define LEAST_BREADTH 0.5f
 
 static bool may_scatter(const struct integrator *in, int depth) {
     return in->max_depth < 0 || depth + 1 < in->max_depth;
@@ -23,106 +23,51 @@ static bool may_scatter(const struct integrator *in, int depth) {
 /* Radiance that a ray's end emits back along the ray. */
 static struct vec3 emitted(const struct fewray_world *world, const struct surface *hit,
                            struct vec3 direction) {
-    if (!hit)
-        return environment_radiance(&world->scene->environment, direction);
-    return hit->mesh->emissive && dot(hit->normal, direction) < 0 ? hit->mesh->radiance
-                                                                  : vec(0, 0, 0);
+    return hit ? lights_emitted(world, hit, direction) : lights_sky(world, direction);
 }
 
-static float light_pdf(const struct fewray_world *world, const struct surface *hit,
-                       struct vec3 direction) {
-    return hit ? lights_pdf_hit(world, direction, hit) : lights_pdf_environment(world, direction);
-}
-
-/* Light that reaches the viewer by way of one sampled point of a light, up to its visibility and
- * MIS weight. */
-static struct vec3 unoccluded_light(const struct fewray_world *world, const struct shading *s,
-                                    struct sampler *sampler, struct light_sample *light) {
-    float u[2], pick = sampler_1d(sampler);
-    sampler_2d(sampler, u);
-    *light = lights_sample(world, s->position, pick, u);
-    if (!(light->pdf > 0))
-        return vec(0, 0, 0);
-    struct vec3 f = bsdf_times_cosine(s, light->direction);
-    if (is_black(f)) /* half of the sky is below a surface: spare the map's memory */
-        return f;
-    struct vec3 radiance = light->distant
-                               ? environment_radiance(&world->scene->environment, light->direction)
-                               : light->radiance;
-    light->radiance = radiance;
-    return scale(mul(f, radiance), 1 / light->pdf);
-}
-
-static bool light_visible(const struct fewray_world *world, const struct shading *s,
-                          const struct light_sample *light) {
-    return light->distant
-               ? !surface_blocked_to_sky(world, s->position, s->geometric_normal, light->direction)
-               : !surface_blocked(world, s->position, s->geometric_normal, light->position);
-}
-
-/* Next-event estimation, MIS-weighted against a bounce of density `bounce_pdf` > 0 (0: drawn from
- * `p`). Where a probe expects no light the shadow ray plays Russian roulette, whose chance counts
- * as part of the light's density. */
-static struct vec3 direct_light(const struct integrator *in, const struct shading *s,
-                                struct sampler *sampler, const struct proposal *p, float bounce_pdf,
-                                int *rays, struct look_second *second) {
-    struct light_sample light;
-    struct vec3 direct = unoccluded_light(in->world, s, sampler, &light);
-    if (is_black(direct))
-        return direct;
-    float chance = p->light_chance;
-    if (chance < 1 && !(sampler_1d(sampler) < chance))
-        return vec(0, 0, 0);
-    ++*rays;
-    bool visible = light_visible(in->world, s, &light);
-    if (second) {
-        second->light = light.direction;
-        second->light_sent = true;
-        second->light_value =
-            visible ? mean_component(light.radiance) /
-                          (light.pdf * chance + proposal_pdf(p, s, light.direction).mixture)
-                    : 0;
-    }
-    if (!visible)
-        return vec(0, 0, 0);
-    float pdf = bounce_pdf > 0 ? bounce_pdf : proposal_pdf(p, s, light.direction).mixture;
-    return scale(direct, power_heuristic(light.pdf * chance, pdf) / chance);
+static float light_pdf(const struct fewray_world *world, const struct path_ray *ray,
+                       const struct surface *hit) {
+    return hit ? lights_pdf_hit(world, ray->position, ray->normal, ray->direction, hit)
+               : lights_pdf_sky(world, ray->direction);
 }
 
 /* A vertex's next direction. */
 struct bounce {
-    struct vec3 direction, weight; /* weight: f cos / pdf */
-    struct proposal_pdf pdf;
-    float light_chance; /* of the vertex's shadow ray */
+    struct bsdf_sample sample; /* its pdf is the mixture's */
+    struct proposal_pdf pdf;   /* not of a perfectly specular one */
+    float light_chance;        /* of the vertex's shadow ray */
 };
 
 /* False where the direction carries nothing. */
 static bool draw_bounce(const struct shading *s, struct sampler *sampler, const struct proposal *p,
                         struct bounce *out) {
     float u[2], choice = 0;
-    if (p->bsdf_fraction < 1)
+    if (p->bsdf_fraction < 1 || !bsdf_is_diffuse(s))
         choice = sampler_1d(sampler);
     else
         sampler->dimension++; /* so that a path's dimensions mean the same with and without guide */
     sampler_2d(sampler, u);
-    out->direction = proposal_sample(p, s, choice, u);
-    out->pdf = proposal_pdf(p, s, out->direction);
-    if (!(out->pdf.bsdf > 0) || !(out->pdf.mixture > 0))
-        return false;
-    out->weight = scale(bsdf_times_cosine(s, out->direction), 1 / out->pdf.mixture);
     out->light_chance = p->light_chance;
-    return true;
+    return proposal_sample(p, s, choice, u, &out->sample, &out->pdf) &&
+           !is_black(out->sample.weight);
+}
+
+/* The ray on which a path leaves s. */
+static struct path_ray leave(const struct shading *s, const struct bsdf_sample *sample) {
+    return (struct path_ray){s->position, s->geometric_normal, light_side(s), sample->direction,
+                             sample->delta ? INFINITY : sample->pdf};
 }
 
 static void log_vertex(struct vertex_log *log, const struct shading *s, const struct bounce *b,
                        struct vec3 throughput) {
-    if (!log || log->count == VERTEX_LOG_MAX)
+    if (!log || log->count == VERTEX_LOG_MAX || b->sample.delta)
         return;
     log->throughput[log->count] = throughput;
     log->vertices[log->count++] = (struct path_vertex){.position = s->position,
                                                        .normal = s->normal,
-                                                       .direction = b->direction,
-                                                       .weight = b->weight,
+                                                       .direction = b->sample.direction,
+                                                       .weight = b->sample.weight,
                                                        .pdf = b->pdf.mixture,
                                                        .bsdf_pdf = b->pdf.bsdf,
                                                        .guide_pdf = b->pdf.guide};
@@ -132,11 +77,10 @@ static float ratio(float a, float b) {
     return b > 0 ? a / b : 0;
 }
 
-/* Credits the first `count` vertices with radiance that arrived by way of the last of them.
- * throughput: product of the weights of all of them. */
-static void log_radiance(struct vertex_log *log, int count, struct vec3 throughput,
-                         struct vec3 radiance) {
-    for (int k = 0; log && k < count && k < log->count; k++) {
+/* Credits all vertices so far with radiance that arrived by way of the last of them.
+ * throughput: product of the weights of all of them, specular ones included. */
+static void log_radiance(struct vertex_log *log, struct vec3 throughput, struct vec3 radiance) {
+    for (int k = 0; log && k < log->count; k++) {
         struct path_vertex *v = &log->vertices[k];
         struct vec3 before = mul(log->throughput[k], v->weight);
         v->incident = add(v->incident, mul(radiance, vec(ratio(throughput.x, before.x),
@@ -147,19 +91,25 @@ static void log_radiance(struct vertex_log *log, int count, struct vec3 throughp
 
 /* What the second vertex of a look's path saw at the end of its bounce. */
 static void note_bounce(const struct integrator *in, struct look_second *second,
-                        const struct bounce *bounce, const struct surface *hit,
-                        struct vec3 emission) {
-    float light = bounce->light_chance * light_pdf(in->world, hit, bounce->direction);
-    second->bounce = bounce->direction;
-    second->bounce_value = mean_component(emission) / (light + bounce->pdf.mixture);
+                        const struct bounce *bounce, const struct path_ray *ray,
+                        const struct surface *hit, struct vec3 emission) {
+    float light = bounce->light_chance * light_pdf(in->world, ray, hit);
+    second->bounce = ray->direction;
+    second->bounce_value =
+        bounce->sample.delta ? 0 : mean_component(emission) / (light + bounce->pdf.mixture);
 }
 
-/* Plays Russian roulette for the path's survival; false where it ends. */
-static bool survives(const struct integrator *in, struct sampler *sampler, int depth,
-                     struct path_state *state, struct vec3 *relative) {
-    if (depth < in->rr_depth)
+/* Takes the sample's weight along and plays Russian roulette for the path's survival; false where
+ * it ends. */
+static bool advance(const struct integrator *in, struct sampler *sampler,
+                    const struct bsdf_sample *sample, struct path_state *state,
+                    struct vec3 *relative) {
+    *relative = mul(*relative, sample->weight);
+    state->throughput = mul(state->throughput, sample->weight);
+    state->eta *= sample->eta;
+    if (state->depth + 1 < in->rr_depth)
         return true;
-    float survival = fminf(max_component(state->throughput), 0.95f);
+    float survival = fminf(max_component(state->throughput) * state->eta * state->eta, 0.95f);
     if (!(sampler_1d(sampler) < survival))
         return false;
     *relative = scale(*relative, 1 / survival);
@@ -167,50 +117,56 @@ static bool survives(const struct integrator *in, struct sampler *sampler, int d
     return true;
 }
 
+/* The nearest surface on a ray, or NULL. */
+static struct surface *find_hit(const struct integrator *in, const struct path_ray *ray,
+                                struct surface *surface) {
+    struct vec3 origin = offset_origin(ray->position, ray->geometric_normal, ray->direction);
+    return surface_trace(in->world, origin, ray->direction, false, surface) ? surface : NULL;
+}
+
 struct incident trace_incident(const struct integrator *in, struct sampler *sampler,
-                               struct path_state state, struct vec3 position,
-                               struct vec3 geometric_normal, struct vec3 direction, float pdf,
+                               struct path_state state, struct path_ray ray,
                                struct look_second *second) {
     struct incident out = {.distance = 0};
     struct vec3 relative = vec(1, 1, 1), beyond = vec(0, 0, 0);
-    struct bounce bounce = {.direction = direction, .light_chance = 1};
+    struct bounce bounce = {.light_chance = 1};
     float bounce_weight = 0; /* f cos of the second vertex's bounce */
     const int first_depth = state.depth;
     for (bool first = true;; first = false, state.depth++) {
-        struct surface surface;
+        struct surface surface, *hit = find_hit(in, &ray, &surface);
         out.rays++;
-        struct surface *hit =
-            surface_trace(in->world, offset_origin(position, geometric_normal, direction),
-                          direction, false, &surface)
-                ? &surface
-                : NULL;
-        struct vec3 e = emitted(in->world, hit, direction);
-        float light = is_black(e) ? 0 : bounce.light_chance * light_pdf(in->world, hit, direction);
-        struct vec3 weighted = scale(e, power_heuristic(pdf, light));
-        log_radiance(state.log, state.depth, state.throughput, weighted);
+        struct vec3 e = emitted(in->world, hit, ray.direction);
+        float light = is_black(e) || !isfinite(ray.pdf)
+                          ? 0
+                          : bounce.light_chance * light_pdf(in->world, &ray, hit);
+        struct vec3 weighted = scale(e, power_heuristic(ray.pdf, light));
+        log_radiance(state.log, state.throughput, weighted);
         if (first) {
             out.emission = e;
             out.light_pdf = light;
         } else {
             out.reflected = add(out.reflected, mul(relative, weighted));
             if (second && state.depth == first_depth + 1)
-                note_bounce(in, second, &bounce, hit, e);
+                note_bounce(in, second, &bounce, &ray, hit, e);
             else
                 beyond = add(beyond, mul(relative, weighted));
         }
         if (first && hit) {
             out.distance = hit->distance;
-            out.normal = dot(hit->normal, direction) > 0 ? negate(hit->normal) : hit->normal;
+            out.normal = dot(hit->normal, ray.direction) > 0 ? negate(hit->normal) : hit->normal;
         }
         if (!hit || !may_scatter(in, state.depth))
             break;
-        struct shading s = bsdf_at(in->world->scene, hit, negate(direction));
-        if (!s.scatters || is_black(s.albedo))
+        struct shading s;
+        bsdf_at(in->world, hit, negate(ray.direction), &s);
+        if (!s.scatters)
             break;
-        struct proposal proposal = proposal_at(&in->guides, 0, 0, state.depth, &s);
+        struct proposal proposal = proposal_at(
+            &in->guides, (struct path_place){.last = !may_scatter(in, state.depth + 1)}, &s);
         struct vec3 direct =
-            direct_light(in, &s, sampler, &proposal, 0, &out.rays, first ? second : NULL);
-        log_radiance(state.log, state.depth, state.throughput, direct);
+            direct_light(in->world, &s, sampler, &proposal, 0, &out.rays, first ? second : NULL)
+                .radiance;
+        log_radiance(state.log, state.throughput, direct);
         out.reflected = add(out.reflected, mul(relative, direct));
         if (second && first)
             second->albedo = mean_component(s.albedo);
@@ -218,16 +174,11 @@ struct incident trace_incident(const struct integrator *in, struct sampler *samp
             beyond = add(beyond, mul(relative, direct));
         if (!draw_bounce(&s, sampler, &proposal, &bounce))
             break;
-        if (first)
-            bounce_weight = mean_component(bounce.weight) * bounce.pdf.mixture;
+        if (first && !bounce.sample.delta)
+            bounce_weight = mean_component(bounce.sample.weight) * bounce.pdf.mixture;
         log_vertex(state.log, &s, &bounce, state.throughput);
-        position = s.position;
-        geometric_normal = s.geometric_normal;
-        direction = bounce.direction;
-        pdf = bounce.pdf.mixture;
-        relative = mul(relative, bounce.weight);
-        state.throughput = mul(state.throughput, bounce.weight);
-        if (!survives(in, sampler, state.depth + 1, &state, &relative))
+        ray = leave(&s, &bounce.sample);
+        if (!advance(in, sampler, &bounce.sample, &state, &relative))
             break;
     }
     if (second && bounce_weight > 0)
@@ -235,58 +186,112 @@ struct incident trace_incident(const struct integrator *in, struct sampler *samp
     return out;
 }
 
-/* The camera ray's hit, with the features it shows. */
-static bool first_hit(const struct integrator *in, int x, int y, struct sampler *sampler,
-                      struct path_sample *out, struct shading *shading) {
+/* --- the camera's part of a path */
+
+/* What a camera ray that leaves the scene sees. */
+static void see_sky(const struct integrator *in, struct vec3 direction, bool direct,
+                    struct vec3 throughput, struct path_sample *out) {
+    out->emission = add(out->emission, mul(throughput, emitted(in->world, NULL, direction)));
+    if (direct)
+        out->alpha = in->world->lights.has_sky;
+    else
+        out->albedo = throughput;
+}
+
+/* What the camera sees of a surface, directly or by mirrors and clear glass. */
+static void see_surface(const struct integrator *in, const struct surface *hit,
+                        struct vec3 direction, const struct shading *s, struct vec3 throughput,
+                        struct path_sample *out) {
+    out->emission = add(out->emission, mul(throughput, emitted(in->world, hit, direction)));
+    out->albedo = mul(throughput, s->albedo);
+    out->normal = s->normal;
+    out->depth += hit->distance;
+    out->alpha = 1;
+}
+
+/* Follows the camera ray by way of perfectly specular surfaces to the first that scatters
+ * otherwise, gathers the features and the emission on the way, and stops there: false where there
+ * is no such vertex. */
+static bool first_vertex(const struct integrator *in, float x, float y, struct sampler *sampler,
+                         struct path_sample *out, struct shading *s, struct path_state *state) {
+    struct vec3 origin, direction;
+    float lens[2] = {0, 0};
+    if (in->world->scene->camera.aperture_radius > 0)
+        sampler_2d(sampler, lens);
+    camera_ray(&in->world->scene->camera, in->width, in->height, x, y, lens, &origin, &direction);
+    for (state->depth = 0;; state->depth++) {
+        struct surface hit;
+        bool direct = state->depth == 0;
+        out->rays++;
+        if (!surface_trace(in->world, origin, direction, direct, &hit)) {
+            see_sky(in, direction, direct, state->throughput, out);
+            return false;
+        }
+        bsdf_at(in->world, &hit, negate(direction), s);
+        see_surface(in, &hit, direction, s, state->throughput, out);
+        if (!s->scatters || !may_scatter(in, state->depth))
+            return false;
+        if (s->delta_chance < 1) {
+            state->depth++;
+            return true;
+        }
+        struct bsdf_sample sample;
+        struct vec3 unused = vec(1, 1, 1);
+        float u[2], choice = sampler_1d(sampler);
+        sampler_2d(sampler, u);
+        if (!bsdf_sample(s, choice, u, &sample) || !advance(in, sampler, &sample, state, &unused))
+            return false;
+        direction = sample.direction;
+        origin = offset_origin(s->position, s->geometric_normal, direction);
+    }
+}
+
+static struct path_state start_state(const struct path_notes *notes) {
+    return (struct path_state){.throughput = {1, 1, 1}, .eta = 1, .log = notes->log};
+}
+
+struct path_sample trace_features(const struct integrator *in, float x, float y,
+                                  struct sampler *sampler) {
+    static const struct path_notes none = {NULL, NULL, NULL};
+    struct path_sample out = {.rays = 0};
+    struct path_state state = start_state(&none);
+    struct shading s;
+    first_vertex(in, x, y, sampler, &out, &s, &state);
+    return out;
+}
+
+/* The first vertex through the pixel (x, y). */
+static bool start_path(const struct integrator *in, int x, int y, struct sampler *sampler,
+                       struct path_sample *out, struct shading *s, struct path_state *state) {
     float u[2];
     sampler_2d(sampler, u);
-    struct vec3 origin, direction;
-    camera_ray(&in->world->scene->camera, in->width, in->height, (float)x + u[0], (float)y + u[1],
-               &origin, &direction);
-    struct surface hit;
-    out->rays = 1;
-    if (!surface_trace(in->world, origin, direction, true, &hit)) {
-        out->emission = out->radiance = emitted(in->world, NULL, direction);
-        out->alpha = in->world->scene->environment.kind != ENVIRONMENT_NONE;
-        return false;
-    }
-    *shading = bsdf_at(in->world->scene, &hit, negate(direction));
-    out->emission = out->radiance = emitted(in->world, &hit, direction);
-    out->albedo = shading->albedo;
-    out->normal = dot(hit.normal, direction) > 0 ? negate(hit.normal) : hit.normal;
-    out->depth = hit.distance;
-    out->alpha = 1;
-    return shading->scatters && may_scatter(in, 0);
+    bool scatters = first_vertex(in, (float)x + u[0], (float)y + u[1], sampler, out, s, state);
+    out->radiance = out->emission;
+    return scatters;
 }
 
-struct vec3 trace_emission(const struct integrator *in, float x, float y) {
-    struct vec3 origin, direction;
-    camera_ray(&in->world->scene->camera, in->width, in->height, x, y, &origin, &direction);
-    struct surface hit;
-    bool found = surface_trace(in->world, origin, direction, true, &hit);
-    return emitted(in->world, found ? &hit : NULL, direction);
-}
-
-static const struct path_notes no_notes = {NULL, NULL, NULL};
-
-/* Follows the bounce from the first hit and adds what it brings. */
+/* Follows the bounce from the first vertex and adds what it brings. */
 static void add_bounce(const struct integrator *in, const struct shading *s,
-                       struct sampler *sampler, const struct bounce *b,
+                       struct sampler *sampler, const struct bounce *b, struct path_state state,
                        const struct path_notes *notes, struct path_sample *out) {
-    struct path_state state = {.depth = 1, .throughput = b->weight, .log = notes->log};
-    log_vertex(notes->log, s, b, vec(1, 1, 1));
-    struct incident incident = trace_incident(in, sampler, state, s->position, s->geometric_normal,
-                                              b->direction, b->pdf.mixture, notes->second);
+    struct vec3 weight = mul(state.throughput, b->sample.weight);
+    log_vertex(notes->log, s, b, state.throughput);
+    state.throughput = weight;
+    state.eta *= b->sample.eta;
+    struct path_ray ray = leave(s, &b->sample);
+    bool record = notes->record && !b->sample.delta && s->breadth >= LEAST_BREADTH;
+    struct incident incident =
+        trace_incident(in, sampler, state, ray, record ? notes->second : NULL);
     out->rays += incident.rays;
-    out->bounce = mul(b->weight, incident_radiance(&incident, b->pdf.mixture));
+    out->bounce = mul(weight, incident_radiance(&incident, ray.pdf));
     out->radiance = add(out->radiance, out->bounce);
-    if (!notes->record)
+    if (!record)
         return;
     *notes->record = (struct look_record){.position = s->position,
                                           .normal = s->normal,
                                           .depth = out->depth,
-                                          .direction = b->direction,
-                                          .bin = (uint16_t)sphere_bin(b->direction),
+                                          .direction = ray.direction,
+                                          .bin = (uint16_t)sphere_bin(ray.direction),
                                           .radiance = add(incident.emission, incident.reflected),
                                           .emitted = mean_component(incident.emission) *
                                                      power_heuristic(LOOK_PDF, incident.light_pdf),
@@ -306,22 +311,40 @@ static void clear_notes(const struct path_notes *notes) {
 
 struct path_sample trace_path(const struct integrator *in, int x, int y, struct sampler *sampler,
                               const struct path_notes *notes) {
+    static const struct path_notes none = {NULL, NULL, NULL};
     struct path_sample out = {.rays = 0};
     struct shading s;
-    notes = notes ? notes : &no_notes;
+    notes = notes ? notes : &none;
+    struct path_state state = start_state(notes);
     clear_notes(notes);
-    if (!first_hit(in, x, y, sampler, &out, &s))
+    if (!start_path(in, x, y, sampler, &out, &s, &state))
         return out;
-    struct proposal proposal = proposal_at(&in->guides, x, y, 0, &s);
+    struct proposal proposal =
+        proposal_at(&in->guides, (struct path_place){x, y, .first = true}, &s);
     out.guided = proposal.bsdf_fraction < 1;
-    if (is_black(s.albedo))
-        return out;
-    out.radiance = add(out.radiance, direct_light(in, &s, sampler, &proposal, 0, &out.rays, NULL));
+    struct vec3 direct =
+        direct_light(in->world, &s, sampler, &proposal, 0, &out.rays, NULL).radiance;
+    out.radiance = add(out.radiance, mul(state.throughput, direct));
     sampler_branch(sampler, BRANCH_PATHS + in->part);
     struct bounce bounce;
     if (draw_bounce(&s, sampler, &proposal, &bounce))
-        add_bounce(in, &s, sampler, &bounce, notes, &out);
+        add_bounce(in, &s, sampler, &bounce, state, notes, &out);
     return out;
+}
+
+/* The look's bounce: uniform over the hemisphere, but where a mirror's part is due. */
+static bool draw_look_bounce(const struct shading *s, struct sampler *sampler, const float u[2],
+                             struct bounce *out) {
+    *out = (struct bounce){.light_chance = 1};
+    float choice = s->delta_chance > 0 ? sampler_1d(sampler) : 0;
+    if (choice < s->delta_chance)
+        return bsdf_sample(s, choice, u, &out->sample);
+    struct basis basis = basis_around(s->normal);
+    out->sample.direction = normalize(to_world(&basis, uniform_hemisphere(u)));
+    out->sample.pdf = out->pdf.mixture = (1 - s->delta_chance) * LOOK_PDF;
+    out->sample.eta = 1;
+    out->sample.weight = scale(bsdf_times_cosine(s, out->sample.direction), 1 / out->sample.pdf);
+    return true;
 }
 
 struct path_sample trace_look_path(const struct integrator *in, int x, int y,
@@ -329,20 +352,21 @@ struct path_sample trace_look_path(const struct integrator *in, int x, int y,
                                    const struct path_notes *notes) {
     struct path_sample out = {.rays = 0};
     struct shading s;
+    struct path_state state = start_state(notes);
     clear_notes(notes);
-    if (!first_hit(in, x, y, sampler, &out, &s))
+    if (!start_path(in, x, y, sampler, &out, &s, &state))
         return out;
-    struct proposal none = proposal_bsdf();
-    struct vec3 direct = direct_light(in, &s, sampler, &none, LOOK_PDF, &out.rays, NULL);
-    out.radiance = add(out.radiance, direct);
+    bool even = s.breadth >= LEAST_BREADTH;
+    struct proposal bsdf = proposal_bsdf();
+    struct direct direct = direct_light(
+        in->world, &s, sampler, &bsdf, even ? (1 - s.delta_chance) * LOOK_PDF : 0, &out.rays, NULL);
+    out.radiance = add(out.radiance, mul(state.throughput, direct.radiance));
     sampler_branch(sampler, BRANCH_LOOK);
-    struct basis basis = basis_around(s.normal);
-    struct bounce b = {.direction = normalize(to_world(&basis, uniform_hemisphere(u))),
-                       .pdf = {.mixture = LOOK_PDF}};
-    b.weight = scale(bsdf_times_cosine(&s, b.direction), 1 / LOOK_PDF);
-    add_bounce(in, &s, sampler, &b, notes, &out);
-    if (notes->record)
-        notes->record->direct = vec(ratio(direct.x, s.albedo.x), ratio(direct.y, s.albedo.y),
-                                    ratio(direct.z, s.albedo.z));
+    struct bounce b;
+    if (!(even ? draw_look_bounce(&s, sampler, u, &b) : draw_bounce(&s, sampler, &bsdf, &b)))
+        return out;
+    add_bounce(in, &s, sampler, &b, state, notes, &out);
+    if (notes->record && notes->record->depth > 0)
+        notes->record->direct = direct.irradiance;
     return out;
 }

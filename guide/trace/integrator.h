@@ -5,8 +5,8 @@
 /* Unidirectional path tracing with next-event estimation, combined by multiple importance sampling.
  */
 
+#include "guide/basis.h"
 #include "guide/odis/look.h"
-#include "guide/trace/basis.h"
 #include "guide/trace/proposal.h"
 #include "guide/trace/sampler.h"
 #include "guide/trace/vertex_log.h"
@@ -22,12 +22,13 @@ struct integrator {
 /* One camera path and what its first hit showed. */
 struct path_sample {
     struct vec3 radiance; /* emission included */
-    struct vec3 emission; /* of the first hit, or the background */
-    struct vec3 bounce;   /* what came by the first bounce */
-    struct vec3 albedo, normal;
-    float depth; /* distance of the first hit; 0 = miss */
-    float alpha; /* 1 where something is seen: a surface or an environment */
-    bool guided; /* the first bounce could be drawn from a guide */
+    struct vec3 emission; /* seen by the camera, directly or by perfectly specular surfaces alone */
+    struct vec3 bounce;   /* what came by the first vertex's bounce */
+    struct vec3 albedo, normal; /* of the first vertex: the first that isn't perfectly specular;
+                                   albedo times what the specular ones before let through */
+    float depth;                /* the camera's way to the first vertex; 0 = miss */
+    float alpha;                /* 1 where something is seen: a surface or an environment */
+    bool guided;                /* the first bounce could be drawn from a guide */
     int rays;
 };
 
@@ -50,15 +51,22 @@ static inline struct vec3 incident_radiance(const struct incident *i, float pdf)
 /* What a path hands on to its next part. */
 struct path_state {
     int depth;              /* vertices so far: 1 after the camera's first hit */
-    struct vec3 throughput; /* for Russian roulette alone */
+    struct vec3 throughput; /* for Russian roulette and the log */
+    float eta;              /* product of the relative indices of refraction crossed */
     struct vertex_log *log; /* NULL: none */
 };
 
-/* Estimates the radiance along a unit direction from a surface point. pdf: density (solid angle)
- * with which the direction was drawn. *second, where not NULL, gets what the ray's end saw. */
+/* A ray by which a path leaves a surface. */
+struct path_ray {
+    struct vec3 position, geometric_normal;
+    struct vec3 normal;    /* by which lights were picked there: see lights_sample() */
+    struct vec3 direction; /* unit */
+    float pdf;             /* with which it was drawn (solid angle); INFINITY: perfectly specular */
+};
+
+/* Estimates the radiance along a ray. *second, where not NULL, gets what the ray's end saw. */
 struct incident trace_incident(const struct integrator *in, struct sampler *sampler,
-                               struct path_state state, struct vec3 position,
-                               struct vec3 geometric_normal, struct vec3 direction, float pdf,
+                               struct path_state state, struct path_ray ray,
                                struct look_second *second);
 
 /* What a path tells beside its radiance; each may be NULL. */
@@ -78,8 +86,9 @@ struct path_sample trace_look_path(const struct integrator *in, int x, int y,
                                    struct sampler *sampler, const float u[2],
                                    const struct path_notes *notes);
 
-/* Radiance that is emitted by what the camera sees at (x, y), in pixels from the upper left corner.
- */
-struct vec3 trace_emission(const struct integrator *in, float x, float y);
+/* What a camera ray shows: emission, albedo, normal, depth and alpha, without a path beyond. (x,
+ * y): in pixels from the upper left corner. */
+struct path_sample trace_features(const struct integrator *in, float x, float y,
+                                  struct sampler *sampler);
 
 #endif

@@ -5,24 +5,46 @@
 
 #include "guide/ppg/ppg.h"
 
-struct proposal proposal_at(const struct guides *guides, int x, int y, int depth,
+/* What a later vertex's bounce brings is for the most part one draw of a noisy estimate: a guide
+ * that was wrong there would make it noisier still, so the BSDF keeps half of the samples. */
+#define LATER_FRACTION 0.5f
+
+static struct proposal later_proposal(const struct guides *guides, bool last,
+                                      const struct shading *s) {
+    struct proposal p = proposal_bsdf();
+    p.probe = probes_at(guides->probes, s->position, s->normal);
+    if (p.probe) {
+        p.bsdf_fraction = p.probe->bsdf_fraction;
+        p.light_chance = p.probe->light_chance;
+    }
+    const struct map *map = guides->maps ? maps_near(guides->maps, s->position, s->normal) : NULL;
+    if (map) {
+        p.maps = (struct map_mixture){1, {map}, {1}, map->bsdf_fraction};
+        p.bsdf_fraction = map->bsdf_fraction;
+        p.probe = NULL;
+    }
+    if (!last)
+        p.bsdf_fraction = fmaxf(p.bsdf_fraction, LATER_FRACTION);
+    return p;
+}
+
+struct proposal proposal_at(const struct guides *guides, struct path_place place,
                             const struct shading *s) {
     struct proposal p = proposal_bsdf();
+    if (!(s->breadth > 0))
+        return p;
     if (guides->ppg) {
         p.leaf = ppg_leaf_at(guides->ppg, s->position);
         if (p.leaf)
             p.bsdf_fraction = ppg_leaf_bsdf_fraction(p.leaf);
-    } else if (depth == 0 && guides->maps) {
-        p.maps = maps_at(guides->maps, x, y, s->position, s->normal);
+    } else if (place.first && guides->maps) {
+        p.maps = maps_at(guides->maps, place.x, place.y, s->position, s->normal);
         if (p.maps.count)
             p.bsdf_fraction = p.maps.bsdf_fraction;
-    } else if (depth > 0 && guides->probes) {
-        p.probe = probes_at(guides->probes, s->position, s->normal);
-        if (p.probe) {
-            p.bsdf_fraction = p.probe->bsdf_fraction;
-            p.light_chance = p.probe->light_chance;
-        }
+    } else if (!place.first && guides->probes) {
+        p = later_proposal(guides, place.last, s);
     }
+    p.bsdf_fraction = 1 - (1 - p.bsdf_fraction) * s->breadth;
     return p;
 }
 
@@ -38,16 +60,38 @@ static float guide_pdf(const struct proposal *p, struct vec3 direction) {
                       : map_mixture_pdf(&p->maps, direction);
 }
 
-struct vec3 proposal_sample(const struct proposal *p, const struct shading *s, float choice,
-                            const float u[2]) {
-    return choice < p->bsdf_fraction ? bsdf_sample(s, u) : sample_guide(p, u);
-}
-
 struct proposal_pdf proposal_pdf(const struct proposal *p, const struct shading *s,
                                  struct vec3 direction) {
-    struct proposal_pdf pdf = {.bsdf = bsdf_pdf(s, direction)};
-    if (p->bsdf_fraction < 1)
+    float smooth = 1 - s->delta_chance, bsdf = bsdf_pdf(s, direction);
+    struct proposal_pdf pdf = {.mixture = bsdf, .bsdf = smooth > 0 ? bsdf / smooth : 0};
+    if (p->bsdf_fraction < 1) {
         pdf.guide = guide_pdf(p, direction);
-    pdf.mixture = p->bsdf_fraction * pdf.bsdf + (1 - p->bsdf_fraction) * pdf.guide;
+        pdf.mixture = p->bsdf_fraction * bsdf + (1 - p->bsdf_fraction) * smooth * pdf.guide;
+    }
     return pdf;
+}
+
+bool proposal_sample(const struct proposal *p, const struct shading *s, float choice,
+                     const float u[2], struct bsdf_sample *out, struct proposal_pdf *pdf) {
+    float delta = s->delta_chance, a = p->bsdf_fraction;
+    if (choice < delta || a >= 1) {
+        if (!bsdf_sample(s, choice, u, out))
+            return false;
+        if (!out->delta)
+            *pdf = (struct proposal_pdf){.mixture = out->pdf, .bsdf = out->pdf / (1 - delta)};
+        return true;
+    }
+    float rest = (choice - delta) / (1 - delta);
+    if (rest < a) {
+        if (!bsdf_sample(s, fmaxf(delta, delta + (1 - delta) * (rest / a)), u, out))
+            return false;
+    } else {
+        *out = (struct bsdf_sample){.direction = sample_guide(p, u), .eta = 1};
+    }
+    *pdf = proposal_pdf(p, s, out->direction);
+    out->pdf = pdf->mixture;
+    if (!(out->pdf > 0))
+        return false;
+    out->weight = scale(bsdf_times_cosine(s, out->direction), 1 / out->pdf);
+    return true;
 }

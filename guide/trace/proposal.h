@@ -5,9 +5,9 @@
 /* What a path vertex's next direction is drawn from: its BSDF, and what guides there, in a
  * one-sample mixture. The same for every kind of guide. */
 
+#include "guide/bsdf/bsdf.h"
 #include "guide/odis/maps.h"
 #include "guide/odis/probes.h"
-#include "guide/trace/bsdf.h"
 
 struct ppg;
 struct ppg_leaf;
@@ -28,7 +28,8 @@ struct proposal {
 };
 
 struct proposal_pdf {
-    float mixture, bsdf, guide; /* solid angle; mixture = fraction bsdf + (1 - fraction) guide */
+    float mixture;     /* solid angle; (1 - delta_chance) (fraction bsdf + (1 - fraction) guide) */
+    float bsdf, guide; /* of the two where the direction isn't a perfectly specular one */
 };
 
 /* Nothing but the BSDF. */
@@ -36,12 +37,19 @@ static inline struct proposal proposal_bsdf(void) {
     return (struct proposal){.bsdf_fraction = 1, .light_chance = 1};
 }
 
-/* (x, y): the path's pixel; depth: of the vertex, 0 at the camera's first hit. */
-struct proposal proposal_at(const struct guides *guides, int x, int y, int depth,
+/* Which vertex of a path wants a proposal. */
+struct path_place {
+    int x, y;   /* the path's pixel; of the first vertex alone */
+    bool first; /* the first vertex that isn't perfectly specular */
+    bool last;  /* the bounce from here can only find lights */
+};
+
+struct proposal proposal_at(const struct guides *guides, struct path_place place,
                             const struct shading *s);
 /* choice, u: in [0, 1). */
-struct vec3 proposal_sample(const struct proposal *p, const struct shading *s, float choice,
-                            const float u[2]);
+/* False where nothing is drawn. *pdf isn't filled for a perfectly specular direction. */
+bool proposal_sample(const struct proposal *p, const struct shading *s, float choice,
+                     const float u[2], struct bsdf_sample *out, struct proposal_pdf *pdf);
 struct proposal_pdf proposal_pdf(const struct proposal *p, const struct shading *s,
                                  struct vec3 direction);
 

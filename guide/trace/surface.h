@@ -14,11 +14,19 @@ struct surface {
     struct vec3 geometric_normal,
         normal; /* unit, world space; normal is for shading; as the mesh has them, not turned */
     float u, v; /* texture coordinates */
+    struct vec3 dp_du, dp_dv; /* world space, per unit of u and v; only where the BSDF has
+                                 `tangents`, else 0 */
 };
 
 /* The nearest surface along a unit direction; false where there is none. */
 bool surface_trace(const struct fewray_world *world, struct vec3 origin, struct vec3 direction,
                    bool coherent, struct surface *out);
+
+/* Of a vector so short that its square may underflow; zero stays zero. */
+static inline struct vec3 normalize_short(struct vec3 a) {
+    float largest = fmaxf(fabsf(a.x), fmaxf(fabsf(a.y), fabsf(a.z)));
+    return largest > 0 ? normalize(vec(a.x / largest, a.y / largest, a.z / largest)) : a;
+}
 
 /* Start of a ray that leaves p towards `towards`, off the surface by an epsilon of the position's
  * size. */

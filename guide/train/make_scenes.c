@@ -15,15 +15,17 @@
 struct options {
     unsigned long long seed;
     int first, count, width, height;
+    bool mixed;
     const char *folder;
 };
 
 static const char usage[] =
     "usage: fewray-make-scenes -o DIR [--seed S] [--count N] [--first I] [--width W] [--height H]\n"
+    "                          [--materials diffuse|mixed]\n"
     "Writes DIR/0000.xml ... with a camera each; scene I depends on the seed and I alone.\n";
 
 static bool parse(int argc, char **argv, struct options *options) {
-    *options = (struct options){.seed = 1, .count = 1, .width = 256, .height = 160};
+    *options = (struct options){.seed = 1, .count = 1, .width = 256, .height = 160, .mixed = true};
     for (int i = 1; i + 1 < argc; i += 2) {
         const char *name = argv[i], *value = argv[i + 1];
         char *end = NULL;
@@ -31,6 +33,10 @@ static bool parse(int argc, char **argv, struct options *options) {
         bool is_number = end != value && *end == 0 && number >= 0 && number < 1000000000;
         if (!strcmp(name, "-o"))
             options->folder = value;
+        else if (!strcmp(name, "--materials") && !strcmp(value, "mixed"))
+            options->mixed = true;
+        else if (!strcmp(name, "--materials") && !strcmp(value, "diffuse"))
+            options->mixed = false;
         else if (!is_number)
             return false;
         else if (!strcmp(name, "--seed"))
@@ -54,6 +60,7 @@ static bool build(struct stage *stage, const struct options *options, int index)
     float aspect = (float)options->width / (float)options->height;
     for (int attempt = 0; attempt < ATTEMPTS; attempt++) {
         stage_init(stage, options->seed, (uint64_t)index, (uint64_t)attempt);
+        stage->mixed = options->mixed;
         if (stage->plan < ROOMS)
             build_room(stage);
         else if (stage->plan < 0.92f)
@@ -67,20 +74,44 @@ static bool build(struct stage *stage, const struct options *options, int index)
     return false;
 }
 
+/* DIR/FOLDER/PREFIX-K.SUFFIX, in a folder that is made for it. */
+static void part_path(char path[4096], const struct options *options, const char *folder,
+                      const char *prefix, int k, const char *suffix) {
+    snprintf(path, 4096, "%s/%s", options->folder, folder);
+    mkdir(path, 0777);
+    snprintf(path, 4096, "%s/%s/%s-%d.%s", options->folder, folder, prefix, k, suffix);
+}
+
+static int write_parts(const struct stage *stage, const struct options *options, const char *prefix,
+                       struct fewray_error *error) {
+    char path[4096];
+    int status = FEWRAY_OK;
+    for (int i = 0; i < stage->picture_count && !status; i++) {
+        part_path(path, options, "textures", prefix, i, "png");
+        status = picture_write(&stage->pictures[i], path, error);
+    }
+    for (int i = 0; i < stage->mesh_count && !status; i++) {
+        part_path(path, options, "meshes", prefix, i, "obj");
+        status = mesh_write(stage->meshes[i], path, error);
+    }
+    return status;
+}
+
 static int write_scene(const struct stage *stage, const struct options *options, int index,
                        struct fewray_error *error) {
-    char path[4096], sky_path[4096], sky_name[32];
-    snprintf(sky_name, sizeof sky_name, "%04d-sky.exr", index);
-    int a = snprintf(path, sizeof path, "%s/%04d.xml", options->folder, index);
-    int b = snprintf(sky_path, sizeof sky_path, "%s/%s", options->folder, sky_name);
-    if (a >= (int)sizeof path || b >= (int)sizeof sky_path)
+    char path[4096], prefix[24];
+    if (strlen(options->folder) > sizeof path - 64)
         return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0, "the folder's name is too long");
-    if (stage->sky.kind == SKY_MAP) {
-        int status = sky_write(&stage->sky, sky_path, error);
-        if (status < 0)
-            return status;
+    snprintf(prefix, sizeof prefix, "%04d", index);
+    int status = write_parts(stage, options, prefix, error);
+    if (status == FEWRAY_OK && stage->sky.kind == SKY_MAP) {
+        snprintf(path, sizeof path, "%s/%s-sky.exr", options->folder, prefix);
+        status = sky_write(&stage->sky, path, error);
     }
-    return stage_write_xml(stage, options->width, options->height, path, sky_name, error);
+    if (status < 0)
+        return status;
+    snprintf(path, sizeof path, "%s/%s.xml", options->folder, prefix);
+    return stage_write_xml(stage, options->width, options->height, path, prefix, error);
 }
 
 int main(int argc, char **argv) {

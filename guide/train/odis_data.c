@@ -95,9 +95,9 @@ static void trace_bin(const struct integrator *in, const struct gathered *g, int
         sampler_2d(&sampler, u);
         struct vec3 direction =
             sphere_direction(bin / SPHERE_COLUMNS, bin % SPHERE_COLUMNS, u[0], u[1]);
-        struct path_state state = {.depth = 1, .throughput = vec(1, 1, 1)};
-        struct incident i =
-            trace_incident(in, &sampler, state, g->position, g->normal, direction, LOOK_PDF, NULL);
+        struct path_state state = {.depth = 1, .throughput = vec(1, 1, 1), .eta = 1};
+        const struct path_ray ray = {g->position, g->normal, g->normal, direction, LOOK_PDF};
+        struct incident i = trace_incident(in, &sampler, state, ray, NULL);
         float full = mean_component(add(i.emission, i.reflected));
         float weighted = mean_component(incident_radiance(&i, LOOK_PDF));
         if (!isfinite(full) || !isfinite(weighted))

@@ -73,9 +73,9 @@ static float trace_bin(const struct integrator *in, const struct truth *t, int b
         float u[2];
         sampler_2d(&sampler, u);
         struct vec3 d = sphere_direction(bin / SPHERE_COLUMNS, bin % SPHERE_COLUMNS, u[0], u[1]);
-        struct path_state state = {.depth = 1, .throughput = vec(1, 1, 1)};
-        struct incident i =
-            trace_incident(in, &sampler, state, t->position, t->normal, d, LOOK_PDF, NULL);
+        struct path_state state = {.depth = 1, .throughput = vec(1, 1, 1), .eta = 1};
+        const struct path_ray ray = {t->position, t->normal, t->normal, d, LOOK_PDF};
+        struct incident i = trace_incident(in, &sampler, state, ray, NULL);
         float full = mean_component(add(i.emission, i.reflected));
         float weighted = mean_component(incident_radiance(&i, LOOK_PDF));
         double value = o->moments ? (double)weighted * weighted : full;

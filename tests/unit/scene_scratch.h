@@ -65,21 +65,31 @@ static inline const char *scratch_text(const char *name, const char *text) {
 #define SENSOR "<sensor type='perspective'><film type='hdrfilm'/></sensor>"
 
 /* Writes a scene of a sensor and the body, which starts in line 2, and loads it. */
-static inline int scratch_load(const char *body, struct fewray_scene **out,
-                               struct fewray_error *error) {
+static inline int scratch_load_as(const char *body, bool lenient, struct fewray_scene **out,
+                                  struct fewray_error *error) {
     static char text[65536];
+    const struct fewray_scene_options options = {.lenient = lenient};
     snprintf(text, sizeof(text), "<scene version='3.0.0'>" SENSOR "\n%s\n</scene>\n", body);
     memset(error, 0, sizeof(*error));
-    return fewray_scene_load(scratch_text("scene.xml", text), NULL, out, error);
+    return fewray_scene_load(scratch_text("scene.xml", text), &options, out, error);
+}
+
+static inline int scratch_load(const char *body, struct fewray_scene **out,
+                               struct fewray_error *error) {
+    return scratch_load_as(body, false, out, error);
 }
 
 /* The same, but it must work. */
-static inline struct fewray_scene *scratch_scene(const char *body) {
+static inline struct fewray_scene *scratch_scene_as(const char *body, bool lenient) {
     struct fewray_scene *scene = NULL;
     struct fewray_error error;
-    if (scratch_load(body, &scene, &error))
+    if (scratch_load_as(body, lenient, &scene, &error))
         fail_msg("line %d: %s", error.line, error.what);
     return scene;
+}
+
+static inline struct fewray_scene *scratch_scene(const char *body) {
+    return scratch_scene_as(body, false);
 }
 
 static inline void assert_near(double a, double b, double tolerance) {

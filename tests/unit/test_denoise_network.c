@@ -73,6 +73,9 @@ static int setup(void **state) {
     planes(&f->in.albedo, &f->raw, 9, 3);
     planes(&f->in.normal, &f->raw, 12, 3);
     planes(&f->in.depth, &f->raw, 15, 1);
+    planes(&f->in.irradiance, &f->raw, 16, 3);
+    planes(&f->in.confidence, &f->raw, 19, 1);
+    planes(&f->in.shaded_albedo, &f->raw, 20, 3);
     *state = f;
     return 0;
 }

@@ -58,6 +58,27 @@ static void test_png_round_trip(void **state) {
     assert_null(image);
 }
 
+static void test_an_image_in_memory_is_read_as_its_file(void **state) {
+    (void)state;
+    uint8_t rgb[VALUES], bytes[VALUES + 4096];
+    struct fewray_image *image = NULL;
+    struct fewray_error error;
+    write_test_png(rgb);
+    FILE *file = fopen(png, "rb");
+    assert_non_null(file);
+    const size_t size = fread(bytes, 1, sizeof bytes, file);
+    fclose(file);
+    assert_int_equal(fewray_image_read_memory("inside", bytes, size, &image, &error), FEWRAY_OK);
+    assert_int_equal(image->width, WIDTH);
+    assert_memory_equal(image->bytes, rgb, sizeof rgb);
+    fewray_image_destroy(&image);
+    for (size_t cut = 0; cut < size; cut += 7) {
+        assert_true(fewray_image_read_memory("inside", bytes, cut, &image, &error) < 0);
+        assert_null(image);
+        assert_string_equal(error.file, "inside");
+    }
+}
+
 static void test_frame_becomes_srgb(void **state) {
     (void)state;
     const float linear[8] = {0.0f, 0.001f, 0.0031308f, 0.2158605f, 0.5f, 1.0f, 7.0f, NAN};
@@ -176,6 +197,7 @@ static void test_images_are_read_in_parallel(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_png_round_trip),
+        cmocka_unit_test(test_an_image_in_memory_is_read_as_its_file),
         cmocka_unit_test(test_frame_becomes_srgb),
         cmocka_unit_test(test_exr_gives_floats_in_the_order_rgba),
         cmocka_unit_test(test_damaged_images_are_refused_without_a_word),

@@ -2,6 +2,7 @@
 /* Paths drawn from guides: whatever the guides say, however wrong, the mean stays. */
 
 #include "tests/unit/check.h"
+#include "tests/unit/lambert_shading.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -178,9 +179,7 @@ static void test_proposal_samples_follow_mixture(void **state) {
     float values[SPHERE_BINS];
     random_values(5, SPHERE_BINS, values);
     assert_true(map_set_density(&map, values));
-    const struct shading s = {.normal = normalize(vec(0.3f, 0.8f, -0.5f)),
-                              .albedo = vec(0.5f, 0.5f, 0.5f),
-                              .scatters = true};
+    const struct shading s = lambert_shading(normalize(vec(0.3f, 0.8f, -0.5f)));
     struct proposal p = proposal_bsdf();
     p.bsdf_fraction = 0.35f;
     p.maps = (struct map_mixture){1, {&map}, {1}, 0.35f};
@@ -199,9 +198,13 @@ static void test_proposal_samples_follow_mixture(void **state) {
             expected[b] += (double)pdf.mixture * SPHERE_BIN_SOLID_ANGLE * n / (grid * grid);
         }
     }
-    for (uint32_t i = 0; i < (uint32_t)n; i++)
-        observed[sphere_bin(
-            proposal_sample(&p, &s, uniform(10, i), (float[2]){uniform(11, i), uniform(12, i)}))]++;
+    for (uint32_t i = 0; i < (uint32_t)n; i++) {
+        struct bsdf_sample sample;
+        struct proposal_pdf pdf;
+        const float u[2] = {uniform(11, i), uniform(12, i)};
+        assert_true(proposal_sample(&p, &s, uniform(10, i), u, &sample, &pdf));
+        observed[sphere_bin(sample.direction)]++;
+    }
     int degrees;
     double statistic = chi_square(observed, expected, SPHERE_BINS, &degrees);
     assert_true(degrees > 400 && statistic < chi_square_limit(degrees));

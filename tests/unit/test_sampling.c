@@ -3,11 +3,12 @@
  * follow it. */
 
 #include "tests/unit/check.h"
+#include "tests/unit/lambert_shading.h"
 
+#include "guide/basis.h"
+#include "guide/bsdf/bsdf.h"
+#include "guide/light/distribution.h"
 #include "guide/odis/sphere_grid.h"
-#include "guide/trace/basis.h"
-#include "guide/trace/bsdf.h"
-#include "guide/trace/distribution.h"
 #include "guide/trace/sampler.h"
 
 /* Every elementary interval of 2^n points of a (0,2)-sequence holds exactly one of them. */
@@ -102,16 +103,16 @@ typedef struct vec3 (*direction_sampler)(const struct environment_table *, const
 static struct vec3 lambert_sample(const struct environment_table *unused, const float u[2],
                                   float *pdf) {
     (void)unused;
-    struct shading s = {
-        .normal = normalize(vec(0.3f, 0.8f, -0.5f)), .albedo = vec(1, 1, 1), .scatters = true};
-    struct vec3 d = bsdf_sample(&s, u);
-    *pdf = bsdf_pdf(&s, d);
-    return d;
+    struct shading s = lambert_shading(normalize(vec(0.3f, 0.8f, -0.5f)));
+    struct bsdf_sample sample;
+    assert_true(bsdf_sample(&s, 0, u, &sample));
+    *pdf = bsdf_pdf(&s, sample.direction);
+    assert_near(sample.pdf, *pdf, 1e-5);
+    return sample.direction;
 }
 
 static float lambert_pdf(struct vec3 d) {
-    struct shading s = {
-        .normal = normalize(vec(0.3f, 0.8f, -0.5f)), .albedo = vec(1, 1, 1), .scatters = true};
+    struct shading s = lambert_shading(normalize(vec(0.3f, 0.8f, -0.5f)));
     return bsdf_pdf(&s, d);
 }
 

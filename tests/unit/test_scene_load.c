@@ -3,6 +3,11 @@
 
 #include "scene_scratch.h"
 
+static struct vec3 emission_of(const struct fewray_scene *scene, int mesh) {
+    assert_true(scene->meshes[mesh].emission >= 0);
+    return scene->textures[scene->meshes[mesh].emission].color0;
+}
+
 static struct vec3 corner(const struct mesh *mesh, uint32_t triangle, int i) {
     const float *p = mesh->positions + 3 * (size_t)mesh->indices[3 * triangle + (uint32_t)i];
     return vec(p[0], p[1], p[2]);
@@ -46,8 +51,7 @@ static void test_data_scene(void **state) {
     assert_int_equal(scene->meshes[2].bsdf, scene->meshes[3].bsdf);
     assert_null(scene->meshes[2].normals);
     assert_non_null(scene->meshes[3].normals);
-    assert_true(scene->meshes[0].emissive);
-    assert_near(scene->meshes[0].radiance.y, 4.5, 1e-6);
+    assert_near(emission_of(scene, 0).y, 4.5, 1e-6);
     fewray_scene_destroy(&scene);
     assert_null(scene);
 }
@@ -156,22 +160,26 @@ static void test_transforms_apply_in_order(void **state) {
 static void test_simple_shapes(void **state) {
     struct fewray_scene *scene =
         scratch_scene("<shape type='rectangle'/><shape type='disk'/><shape type='cube'/>"
+                      "<shape type='cylinder'><float name='radius' value='2'/></shape>"
                       "<shape type='sphere'><point name='center' x='1' y='2' z='3'/>"
                       "<float name='radius' value='2'/></shape>");
-    const double areas[] = {4, 3.14159265, 24, 16 * 3.14159265};
+    const double areas[] = {4, 3.14159265, 24, 4 * 3.14159265};
     (void)state;
     for (int i = 0; i < 4; i++)
-        assert_near(mesh_area(&scene->meshes[i]) / areas[i], 1, 2e-3);
+        assert_near(mesh_area(&scene->meshes[i]) / areas[i], 1, 1e-4);
     assert_near(face_normal(&scene->meshes[0], 0).z, 1, 1e-6);
     assert_near(face_normal(&scene->meshes[1], 100).z, 1, 1e-6);
     for (int m = 2; m < 4; m++) {
-        struct vec3 center = m == 2 ? vec(0, 0, 0) : vec(1, 2, 3);
+        struct vec3 center = m == 2 ? vec(0, 0, 0) : vec(0, 0, 0.5f);
         const struct mesh *mesh = &scene->meshes[m];
         for (uint32_t t = 0; t < mesh->triangle_count; t++)
             assert_true(dot(face_normal(mesh, t), sub(corner(mesh, t, 0), center)) > 0);
     }
     assert_null(scene->meshes[2].normals);
     assert_non_null(scene->meshes[3].normals);
+    assert_int_equal(scene->meshes[4].kind, MESH_SPHERE);
+    for (int i = 0; i < 4; i++)
+        assert_near(scene->meshes[4].sphere[i], i < 3 ? i + 1 : 2, 1e-6);
     fewray_scene_destroy(&scene);
 }
 
@@ -211,8 +219,7 @@ static void test_mirrored_and_flipped_shapes(void **state) {
     struct fewray_scene *scene =
         scratch_scene("<shape type='sphere'><transform name='to_world'><scale x='-1'/></transform>"
                       "</shape>");
-    struct vec3 p = corner(&scene->meshes[0], 1000, 0);
-    assert_true(dot(face_normal(&scene->meshes[0], 1000), p) < 0);
+    assert_true(scene->meshes[0].flip_normals);
     fewray_scene_destroy(&scene);
 }
 
@@ -237,8 +244,12 @@ static void test_uv_of_obj_is_flipped_and_of_ply_is_not(void **state) {
     fewray_scene_destroy(&scene);
 }
 
+/* Of the BSDF itself, or of the one that it has on its front. */
 static struct texture reflectance_of(const struct fewray_scene *scene, int mesh) {
-    return scene->textures[scene->bsdfs[scene->meshes[mesh].bsdf].reflectance];
+    const struct bsdf *bsdf = &scene->bsdfs[scene->meshes[mesh].bsdf];
+    while (bsdf->nested[0] >= 0)
+        bsdf = &scene->bsdfs[bsdf->nested[0]];
+    return scene->textures[bsdf->reflectance];
 }
 
 static void test_colors(void **state) {
@@ -260,9 +271,9 @@ static void test_colors(void **state) {
     assert_near(reflectance_of(scene, 3).color0.z, 0.5, 1e-7);
     assert_near(reflectance_of(scene, 4).color0.z, 0, 0);
     /* Mitsuba's RGB of a flat emission spectrum. */
-    assert_near(scene->meshes[4].radiance.x, 2.40959, 1e-4);
-    assert_near(scene->meshes[4].radiance.z, 1.81783, 1e-4);
-    assert_false(scene->bsdfs[scene->meshes[0].bsdf].twosided);
+    assert_near(emission_of(scene, 4).x, 2.40959, 1e-4);
+    assert_near(emission_of(scene, 4).z, 1.81783, 1e-4);
+    assert_int_equal(scene->bsdfs[scene->meshes[0].bsdf].kind, BSDF_DIFFUSE);
     fewray_scene_destroy(&scene);
 }
 
@@ -285,15 +296,30 @@ static void test_textures_are_shared(void **state) {
     const float to_uv[6] = {2, 0, 0.5f, 0, 3, 0};
     (void)state;
     assert_int_equal(scene->image_count, 1);
-    assert_int_equal(scene->bsdf_count, 2);
-    assert_int_equal(scene->warning_count, 1);
-    assert_true(scene->bsdfs[scene->meshes[1].bsdf].twosided);
+    assert_int_equal(scene->bsdf_count, 3);
+    assert_int_equal(scene->warning_count, 0);
+    assert_int_equal(scene->bsdfs[scene->meshes[1].bsdf].kind, BSDF_TWOSIDED);
     struct texture texture = reflectance_of(scene, 0);
     assert_int_equal(texture.kind, TEXTURE_BITMAP);
     assert_ptr_equal(texture.image, scene->images[0]);
     assert_true(texture.nearest && texture.srgb);
     assert_memory_equal(texture.to_uv, to_uv, sizeof(to_uv));
+    assert_int_equal(texture.wrap, WRAP_REPEAT);
     assert_false(reflectance_of(scene, 2).nearest);
+    assert_int_equal(reflectance_of(scene, 2).wrap, WRAP_CLAMP);
+    fewray_scene_destroy(&scene);
+}
+
+static void test_textures_of_unused_materials_are_not_read(void **state) {
+    struct fewray_scene *scene =
+        scratch_scene("<texture type='bitmap' id='t'><string name='filename' value='none.png'/>"
+                      "</texture><bsdf type='normalmap' id='n'><texture type='bitmap' "
+                      "name='normalmap'><string name='filename' value='nowhere.png'/></texture>"
+                      "<bsdf type='diffuse'><ref name='reflectance' id='t'/></bsdf></bsdf>"
+                      "<shape type='cube'><bsdf type='diffuse'/></shape>");
+    (void)state;
+    assert_int_equal(scene->image_count, 0);
+    assert_int_equal(scene->unused_textures, 2);
     fewray_scene_destroy(&scene);
 }
 
@@ -316,29 +342,6 @@ static void test_environment_map_is_float_rgb(void **state) {
     /* The world's +x is where the map's +z went. */
     assert_near(environment->to_local[0], 0, 1e-6);
     assert_near(environment->to_local[6], 1, 1e-6);
-    fewray_scene_destroy(&scene);
-}
-
-static void test_other_bsdfs_become_diffuse_with_one_warning_each(void **state) {
-    struct fewray_scene *scene = scratch_scene(
-        "<bsdf type='twosided' id='wood'><bsdf type='roughplastic'>"
-        "<rgb name='diffuse_reflectance' value='0.2'/><float name='alpha' "
-        "value='0.1'/></bsdf></bsdf>"
-        "<bsdf type='mask' id='leaf'><rgb name='opacity' value='0.5'/><bsdf type='diffuse'>"
-        "<rgb name='reflectance' value='0.7'/></bsdf></bsdf>"
-        "<bsdf type='principled' id='car'><rgb name='base_color' value='0.3'/></bsdf>"
-        "<bsdf type='dielectric' id='glass'/>"
-        "<shape type='cube'><ref id='wood'/></shape><shape type='cube'><ref id='leaf'/></shape>"
-        "<shape type='cube'><ref id='car'/></shape><shape type='cube'><ref id='glass'/></shape>"
-        "<shape type='cube'><ref id='glass'/></shape>");
-    const float expected[] = {0.2f, 0.7f, 0.3f, 0.5f};
-    (void)state;
-    for (int i = 0; i < 4; i++) {
-        assert_near(reflectance_of(scene, i).color0.x, expected[i], 1e-7);
-        assert_true(scene->bsdfs[scene->meshes[i].bsdf].twosided);
-    }
-    assert_int_equal(scene->warning_count, 4);
-    assert_non_null(strstr(scene->warnings[0], "scene.xml:2: bsdf 'roughplastic' (id 'wood')"));
     fewray_scene_destroy(&scene);
 }
 
@@ -373,8 +376,8 @@ int main(void) {
         cmocka_unit_test(test_uv_of_obj_is_flipped_and_of_ply_is_not),
         cmocka_unit_test(test_colors),
         cmocka_unit_test(test_textures_are_shared),
+        cmocka_unit_test(test_textures_of_unused_materials_are_not_read),
         cmocka_unit_test(test_environment_map_is_float_rgb),
-        cmocka_unit_test(test_other_bsdfs_become_diffuse_with_one_warning_each),
         cmocka_unit_test(test_unused_parameters_are_warned_of_once),
         cmocka_unit_test(test_a_scene_may_be_empty),
     };

@@ -52,6 +52,8 @@ static bool set_exposure(struct stage *stage, float aspect) {
     float gain = log_uniform(r, 0.08f, 0.45f) / (exposure.reflected + 0.35f * exposure.emitted);
     for (int i = 0; i < stage->shape_count; i++)
         stage->shapes[i].radiance = scale(stage->shapes[i].radiance, gain);
+    for (int i = 0; i < stage->lamp_count; i++)
+        stage->lamps[i].intensity = scale(stage->lamps[i].intensity, gain);
     stage->sky.strength *= gain;
     return true;
 }

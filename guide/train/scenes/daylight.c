@@ -10,6 +10,8 @@ static void distant_sun(struct stage *stage, float strength) {
     float y = uniform(r, 0.15f, 0.9f), azimuth = uniform(r, 0, 2 * PI_F), rho = sqrtf(1 - y * y);
     struct vec3 dir = vec(rho * cosf(azimuth), y, rho * sinf(azimuth));
     float distance = 150, radius = distance * log_uniform(r, 0.006f, 0.05f);
+    if (stage->mixed && chance(r, 0.4f))
+        radius = distance * 0.00465f; /* the sun's own */
     float irradiance = strength * PI_F * log_uniform(r, 0.3f, 10);
     int disk = stage_panel(stage, SHAPE_DISK, stage->root, scale(dir, distance), negate(dir),
                            radius, radius, stage_material(stage, vec(0, 0, 0)));
@@ -26,9 +28,11 @@ void build_sky(struct stage *stage, float strength) {
         sky_random(&stage->sky, r);
     } else {
         stage->sky = (struct sky){.kind = SKY_CONSTANT, .horizon = color_light(r), .sun_cos = 2};
-        if (kind < 0.85f)
+        if (kind < 0.85f && !stage->panes)
             distant_sun(stage, strength);
     }
+    if (stage->panes) /* connections to a sun behind glass are blocked: it would only be noise */
+        stage->sky.sun = vec(0, 0, 0);
     stage->sky.strength = strength;
 }
 

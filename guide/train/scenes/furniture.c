@@ -4,6 +4,7 @@
 #include "guide/train/scenes/furniture.h"
 
 #include "guide/train/scenes/palette.h"
+#include "guide/train/scenes/things.h"
 
 static void four_legs(struct stage *stage, struct xform place, float half_x, float half_z,
                       float height, float thick, int material) {
@@ -95,7 +96,9 @@ float build_shelf(struct stage *stage, struct xform place) {
                   wood);
     for (int i = 0; i < boards; i++) {
         float y = gap * (float)i + 2 * thick;
-        if (chance(r, 0.5f))
+        if (stage->mixed && chance(r, 0.7f))
+            build_library(stage, place, -half_x + 0.03f, half_x - 0.03f, y, gap - 2 * thick, depth);
+        else if (chance(r, 0.5f))
             books(stage, place, -half_x + 0.03f, half_x - 0.03f, y, gap - 2 * thick, depth);
         else if (chance(r, 0.6f))
             build_clutter(stage, moved(place, 0, y, 0, 0), half_x * 0.8f, depth * 0.3f,

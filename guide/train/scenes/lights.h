@@ -23,4 +23,10 @@ void light_glow(struct stage *stage, struct xform place, struct room_size size, 
 /* A lamp with a shade, standing or hanging, at a random spot. */
 void light_lamp(struct stage *stage, struct xform place, struct room_size size, float share);
 
+/* bulbs.c, for mixed stages: */
+void light_swarm(struct stage *stage, struct xform place, struct room_size size, float share);
+void light_bare(struct stage *stage, struct xform place, struct room_size size, float share);
+void light_tubes(struct stage *stage, struct xform place, struct room_size size, float share);
+void light_points(struct stage *stage, struct xform place, struct room_size size, float share);
+
 #endif

@@ -1,11 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Clutter, stacks, plants, bars, partitions, steps, boulders, pictures and rugs. */
 
+#include "guide/train/scenes/dress.h"
 #include "guide/train/scenes/furniture.h"
 #include "guide/train/scenes/palette.h"
+#include "guide/train/scenes/things.h"
 
 static void small_thing(struct stage *stage, struct xform place, float size) {
     struct random *r = &stage->random;
+    if (stage->mixed && chance(r, 0.45f)) {
+        build_ware(stage, place, size);
+        return;
+    }
     int material = surface_any(stage);
     float a = size * uniform(r, 0.4f, 1), b = size * uniform(r, 0.4f, 1.4f),
           c = size * uniform(r, 0.4f, 1);
@@ -158,12 +164,18 @@ float build_boulder(struct stage *stage, struct xform place) {
 
 void build_picture(struct stage *stage, struct xform place) {
     struct random *r = &stage->random;
+    if (stage->mixed && chance(r, 0.2f)) {
+        build_mirror(stage, place);
+        return;
+    }
     float half_x = uniform(r, 0.12f, 0.6f), half_y = uniform(r, 0.12f, 0.45f),
           rim = uniform(r, 0.01f, 0.05f);
     int frame = surface_wood(stage);
     struct vec3 ink = color_any(r), paper = color_any(r);
     int motif =
         stage_checkerboard(stage, ink, paper, log_uniform(r, 0.5f, 12), log_uniform(r, 0.5f, 12));
+    if (stage->mixed && chance(r, 0.6f))
+        motif = surface_print(stage);
     stage_box(stage, place, vec(0, 0, 0.012f), vec(half_x + rim, half_y + rim, 0.01f), frame);
     stage_panel(stage, SHAPE_RECTANGLE, place, vec(0, 0, 0.024f), vec(0, 0, 1), half_x, half_y,
                 motif);
@@ -183,6 +195,8 @@ void build_rug(struct stage *stage, struct xform place) {
 
 float build_something(struct stage *stage, struct xform place) {
     struct random *r = &stage->random;
+    if (stage->mixed && chance(r, 0.35f))
+        return build_thing(stage, place);
     switch (between(r, 0, 11)) {
     case 0:
     case 1:

@@ -4,6 +4,8 @@
 
 #include "guide/train/scenes/palette.h"
 
+#include "guide/train/scenes/dress.h"
+
 struct vec3 color_hsv(float hue, float saturation, float value) {
     float channel[3];
     for (int i = 0; i < 3; i++) {
@@ -36,10 +38,21 @@ struct vec3 color_light(struct random *r) {
     return scale(tint, 1 / luminance(tint));
 }
 
-int surface_wall(struct stage *stage) {
+static int plain_any(struct stage *stage) {
+    struct random *r = &stage->random;
+    struct vec3 color = color_any(r);
+    if (chance(r, 0.75f))
+        return stage_material(stage, color);
+    struct vec3 other = color_any(r);
+    float u = log_uniform(r, 0.5f, 20);
+    float v = chance(r, 0.5f) ? u : log_uniform(r, 0.5f, 20);
+    return stage_checkerboard(stage, color, other, u, v);
+}
+
+static int plain_wall(struct stage *stage) {
     struct random *r = &stage->random;
     if (chance(r, 0.15f))
-        return surface_any(stage);
+        return plain_any(stage);
     float hue = uniform(r, 0, 1),
           saturation = chance(r, 0.6f) ? uniform(r, 0, 0.12f) : uniform(r, 0.1f, 0.5f);
     struct vec3 color = color_hsv(hue, saturation, uniform(r, 0.4f, 0.9f));
@@ -50,7 +63,7 @@ int surface_wall(struct stage *stage) {
     return stage_checkerboard(stage, color, scale(color, uniform(r, 0.3f, 0.9f)), stripes, rows);
 }
 
-int surface_floor(struct stage *stage) {
+static int plain_floor(struct stage *stage) {
     struct random *r = &stage->random;
     struct vec3 color =
         chance(r, 0.5f) ? color_wood(r)
@@ -63,7 +76,7 @@ int surface_floor(struct stage *stage) {
     return stage_checkerboard(stage, color, other, u, v);
 }
 
-int surface_wood(struct stage *stage) {
+static int plain_wood(struct stage *stage) {
     struct random *r = &stage->random;
     struct vec3 color = color_wood(r);
     if (chance(r, 0.75f))
@@ -72,13 +85,18 @@ int surface_wood(struct stage *stage) {
     return stage_checkerboard(stage, color, scale(color, uniform(r, 0.5f, 0.9f)), u, v);
 }
 
+int surface_wall(struct stage *stage) {
+    return dress(stage, plain_wall(stage), ROLE_WALL);
+}
+
+int surface_floor(struct stage *stage) {
+    return dress(stage, plain_floor(stage), ROLE_FLOOR);
+}
+
+int surface_wood(struct stage *stage) {
+    return dress(stage, plain_wood(stage), ROLE_WOOD);
+}
+
 int surface_any(struct stage *stage) {
-    struct random *r = &stage->random;
-    struct vec3 color = color_any(r);
-    if (chance(r, 0.75f))
-        return stage_material(stage, color);
-    struct vec3 other = color_any(r);
-    float u = log_uniform(r, 0.5f, 20);
-    float v = chance(r, 0.5f) ? u : log_uniform(r, 0.5f, 20);
-    return stage_checkerboard(stage, color, other, u, v);
+    return dress(stage, plain_any(stage), ROLE_ANY);
 }

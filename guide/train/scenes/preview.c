@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The crude path tracer: brute force over the shapes, one bounce of indirect light. */
+/* The crude path tracer: all surfaces are diffuse but glass, which isn't there; one bounce of
+ * indirect light. */
 
 #include "guide/train/scenes/preview.h"
 
@@ -11,76 +12,6 @@
 #define EXPOSURE_WIDTH   28
 #define EXPOSURE_HEIGHT  17
 #define EXPOSURE_SAMPLES 10
-
-static float plane_hit(enum shape_kind kind, struct vec3 o, struct vec3 d) {
-    float t = -o.z / d.z;
-    float x = o.x + t * d.x, y = o.y + t * d.y;
-    bool inside = kind == SHAPE_DISK ? x * x + y * y <= 1 : fabsf(x) <= 1 && fabsf(y) <= 1;
-    return inside && t > 0 ? t : -1;
-}
-
-static float cube_hit(struct vec3 o, struct vec3 d, float least) {
-    float from[3] = {o.x, o.y, o.z}, along[3] = {d.x, d.y, d.z}, enter = -1e30f, leave = 1e30f;
-    for (int i = 0; i < 3; i++) {
-        float inverse = 1 / along[i], a = (-1 - from[i]) * inverse, b = (1 - from[i]) * inverse;
-        enter = fmaxf(enter, fminf(a, b));
-        leave = fminf(leave, fmaxf(a, b));
-    }
-    if (!(enter <= leave))
-        return -1;
-    return enter > least ? enter : leave;
-}
-
-static float sphere_hit(struct vec3 o, struct vec3 d, float least) {
-    float a = dot(d, d), b = dot(o, d), c = dot(o, o) - 1, discriminant = b * b - a * c;
-    if (discriminant < 0)
-        return -1;
-    float root = sqrtf(discriminant), first = (-b - root) / a;
-    return first > least ? first : (-b + root) / a;
-}
-
-static struct vec3 shape_normal(const struct shape *shape, struct vec3 local) {
-    struct vec3 n = vec(0, 0, 1);
-    if (shape->kind == SHAPE_SPHERE)
-        n = local;
-    if (shape->kind == SHAPE_CUBE) {
-        float x = fabsf(local.x), y = fabsf(local.y), z = fabsf(local.z);
-        n = x > y && x > z ? vec(local.x, 0, 0) : y > z ? vec(0, local.y, 0) : vec(0, 0, local.z);
-    }
-    return normalize(xform_vector(&shape->to_world, n));
-}
-
-bool preview_hit(const struct stage *stage, struct vec3 origin, struct vec3 dir, float farthest,
-                 struct hit *hit) {
-    float least = 1e-4f * (1 + fmaxf(fabsf(origin.x), fmaxf(fabsf(origin.y), fabsf(origin.z)))),
-          nearest = farthest;
-    int found = -1;
-    for (int i = 0; i < stage->shape_count; i++) {
-        const struct shape *shape = &stage->shapes[i];
-        struct vec3 to = sub(shape->center, origin);
-        float along = dot(to, dir), reach = shape->radius;
-        if (dot(to, to) - along * along > reach * reach || along + reach < 0 ||
-            along - reach > nearest)
-            continue;
-        struct vec3 o = xform_point(&shape->to_local, origin),
-                    d = xform_vector(&shape->to_local, dir);
-        float t = shape->kind == SHAPE_CUBE     ? cube_hit(o, d, least)
-                  : shape->kind == SHAPE_SPHERE ? sphere_hit(o, d, least)
-                                                : plane_hit(shape->kind, o, d);
-        if (t > least && t < nearest)
-            nearest = t, found = i;
-    }
-    if (found < 0)
-        return false;
-    if (hit) {
-        const struct shape *shape = &stage->shapes[found];
-        hit->distance = nearest;
-        hit->position = add(origin, scale(dir, nearest));
-        hit->shape = found;
-        hit->normal = shape_normal(shape, xform_point(&shape->to_local, hit->position));
-    }
-    return true;
-}
 
 struct vec3 preview_camera_dir(const struct camera_pose *camera, float x, float y, float aspect) {
     struct vec3 forward = normalize(sub(camera->target, camera->eye));
@@ -108,8 +39,8 @@ struct view preview_view(const struct stage *stage, const struct camera_pose *ca
         float x = 2 * ((float)(i % VIEW_WIDTH) + 0.5f) / VIEW_WIDTH - 1;
         float y = 2 * ((float)(i / VIEW_WIDTH) + 0.5f) / VIEW_HEIGHT - 1;
         struct hit hit;
-        bool found =
-            preview_hit(stage, camera->eye, preview_camera_dir(camera, x, y, aspect), 1e30f, &hit);
+        bool found = preview_hit(stage, camera->eye, preview_camera_dir(camera, x, y, aspect),
+                                 1e30f, true, &hit);
         depths[i] = found ? hit.distance : 1e30f;
         shapes[i] = found ? hit.shape : -1;
         view.sky_share += found ? 0 : 1.0f / N;
@@ -148,12 +79,15 @@ static struct vec3 shape_point(struct random *r, const struct shape *shape, stru
     } else if (shape->kind == SHAPE_DISK) {
         float rho = sqrtf(uniform(r, 0, 1)), phi = uniform(r, 0, 2 * PI_F);
         local = vec(rho * cosf(phi), rho * sinf(phi), 0);
+    } else if (shape->kind == SHAPE_CYLINDER) {
+        float phi = uniform(r, 0, 2 * PI_F);
+        local = vec(cosf(phi), sinf(phi), uniform(r, 0, 1));
     } else {
         float x = uniform(r, -1, 1), y = uniform(r, -1, 1);
         local = vec(x, y, 0);
     }
     *point = xform_point(&shape->to_world, local);
-    return shape_normal(shape, local);
+    return preview_normal(shape, local);
 }
 
 struct light_table {
@@ -174,10 +108,26 @@ static void collect_lights(const struct stage *stage, struct light_table *table)
     }
 }
 
-/* Irradiance / pi at a point from one light sample and the sky's sun. */
+/* Irradiance / pi from the lights without a surface. */
+static float lamp_light(const struct stage *stage, struct vec3 at, struct vec3 n) {
+    float sum = 0;
+    for (int i = 0; i < stage->lamp_count; i++) {
+        const struct lamp *lamp = &stage->lamps[i];
+        struct vec3 to = sub(lamp->position, at);
+        float distance = length(to);
+        struct vec3 dir = scale(to, 1 / distance);
+        float inside = -dot(dir, lamp->direction) - cosf(lamp->cutoff * PI_F / 180);
+        if (dot(n, dir) > 0 && (!lamp->spot || inside > 0) &&
+            !preview_hit(stage, at, dir, distance, false, NULL))
+            sum += luminance(lamp->intensity) * dot(n, dir) / (PI_F * distance * distance);
+    }
+    return sum;
+}
+
+/* Irradiance / pi at a point from one light sample, the lamps and the sky's sun. */
 static float direct_light(const struct stage *stage, const struct light_table *lights,
                           struct vec3 at, struct vec3 n, struct random *r) {
-    float sum = 0;
+    float sum = lamp_light(stage, at, n);
     if (lights->total > 0) {
         float u = uniform(r, 0, lights->total);
         int i = 0;
@@ -188,13 +138,13 @@ static float direct_light(const struct stage *stage, const struct light_table *l
         float distance2 = dot(to, to), distance = sqrtf(distance2);
         struct vec3 dir = scale(to, 1 / distance);
         float cosines = fmaxf(0, dot(n, dir)) * fmaxf(0, -dot(normal, dir));
-        if (cosines > 0 && !preview_hit(stage, at, dir, distance * 0.999f, NULL))
+        if (cosines > 0 && !preview_hit(stage, at, dir, distance * 0.999f, false, NULL))
             sum += cosines / (PI_F * distance2) * lights->total;
     }
     const struct sky *sky = &stage->sky;
     float solid_angle = 2 * PI_F * (1 - sky->sun_cos), cosine = dot(n, sky->sun_dir);
     if (sky->kind == SKY_MAP && sky->sun_cos <= 1 && cosine > 0 &&
-        !preview_hit(stage, at, sky->sun_dir, 1e30f, NULL))
+        !preview_hit(stage, at, sky->sun_dir, 1e30f, false, NULL))
         sum += luminance(sky->sun) * sky->strength * solid_angle * cosine / PI_F;
     return sum;
 }
@@ -206,7 +156,7 @@ static float reflected(const struct stage *stage, const struct light_table *ligh
     *emitted = 0;
     for (int bounce = 0; bounce < 3; bounce++) {
         struct hit hit;
-        bool found = preview_hit(stage, origin, dir, 1e30f, &hit);
+        bool found = preview_hit(stage, origin, dir, 1e30f, false, &hit);
         float light = luminance(found ? stage->shapes[hit.shape].radiance
                                       : sky_radiance(&stage->sky, dir, false));
         if (bounce == 0)

@@ -12,8 +12,11 @@ struct hit {
     int shape;
 };
 
+/* Glass is passed by unless see_glass. */
 bool preview_hit(const struct stage *stage, struct vec3 origin, struct vec3 dir, float farthest,
-                 struct hit *hit);
+                 bool see_glass, struct hit *hit);
+/* World space, at a point of the unit shape (no mesh). */
+struct vec3 preview_normal(const struct shape *shape, struct vec3 local);
 /* A ray of the camera through x, y in -1..1 (right, up) of a picture with this width / height. */
 struct vec3 preview_camera_dir(const struct camera_pose *camera, float x, float y, float aspect);
 

@@ -194,7 +194,11 @@ static void add_lamps(struct stage *stage, const struct room *room, float share)
     static light_builder *const builders[] = {light_ceiling, light_cove, light_hidden, light_hidden,
                                               light_many,    light_glow, light_lamp,   light_lamp};
     struct random *r = &stage->random;
+    static light_builder *const hard[] = {light_swarm, light_swarm, light_bare,
+                                          light_bare,  light_tubes, light_points};
     light_builder *build = builders[between(r, 0, 7)];
+    if (stage->mixed && chance(r, 0.45f))
+        build = hard[between(r, 0, 5)];
     int n = build == light_lamp ? between(r, 1, 3) : 1;
     for (int i = 0; i < n; i++)
         build(stage, stage->root, room->size, share / (float)n);
@@ -239,6 +243,7 @@ void build_room(struct stage *stage) {
         add_skylight(r, &room);
     if (doors || chance(r, 0.1f))
         add_doorway(r, &room, (side + 3) % 4, chance(r, 0.25f));
+    stage->panes = stage->mixed && !lamps && chance(r, 0.2f);
     build_shell(stage, &room, log_uniform(r, 2, 60));
     decorate(stage, &room);
     furnish(stage, &room);

@@ -3,39 +3,11 @@
 
 #include "guide/train/scenes/sky.h"
 
+#include "guide/train/scenes/noise.h"
+
 #define MAP_WIDTH      256
 #define MAP_HEIGHT     128
 #define MAP_SUBSAMPLES 4
-
-static float lattice(uint32_t seed, int x, int y, int z) {
-    uint32_t h = seed ^ ((uint32_t)x * 0x8DA6B343u) ^ ((uint32_t)y * 0xD8163841u) ^
-                 ((uint32_t)z * 0xCB1AB31Fu);
-    h = (h ^ (h >> 15)) * 0x2C1B3C6Du;
-    h = (h ^ (h >> 12)) * 0x297A2D39u;
-    return (float)((h ^ (h >> 15)) >> 8) * 0x1p-24f;
-}
-
-/* Value noise, 0..1. */
-static float noise(uint32_t seed, struct vec3 p) {
-    float fx = floorf(p.x), fy = floorf(p.y), fz = floorf(p.z);
-    float t[3] = {p.x - fx, p.y - fy, p.z - fz};
-    for (int i = 0; i < 3; i++)
-        t[i] = t[i] * t[i] * (3 - 2 * t[i]);
-    float sum = 0;
-    for (int corner = 0; corner < 8; corner++) {
-        int dx = corner & 1, dy = (corner >> 1) & 1, dz = corner >> 2;
-        float weight = (dx ? t[0] : 1 - t[0]) * (dy ? t[1] : 1 - t[1]) * (dz ? t[2] : 1 - t[2]);
-        sum += weight * lattice(seed, (int)fx + dx, (int)fy + dy, (int)fz + dz);
-    }
-    return sum;
-}
-
-static float fractal(uint32_t seed, struct vec3 p) {
-    float sum = 0, amplitude = 0.5f;
-    for (int octave = 0; octave < 4; octave++, amplitude *= 0.5f)
-        sum += amplitude * noise(seed + (uint32_t)octave, scale(p, (float)(1 << octave)));
-    return sum / 0.9375f;
-}
 
 static struct vec3 mix(struct vec3 a, struct vec3 b, float t) {
     return add(scale(a, 1 - t), scale(b, t));
@@ -101,7 +73,7 @@ void sky_random(struct sky *sky, struct random *r) {
 static struct vec3 below_skyline(const struct sky *sky, struct vec3 dir) {
     struct vec3 at = scale(dir, 12);
     at.y *= 1 / fmaxf(0.15f, fabsf(dir.y));
-    return scale(sky->ground, 0.4f + 1.2f * fractal(sky->noise_seed + 77, at));
+    return scale(sky->ground, 0.4f + 1.2f * noise_fractal(sky->noise_seed + 77, at));
 }
 
 struct vec3 sky_radiance(const struct sky *sky, struct vec3 dir, bool with_sun) {
@@ -111,7 +83,7 @@ struct vec3 sky_radiance(const struct sky *sky, struct vec3 dir, bool with_sun) 
         return scale(sky->horizon, sky->strength);
     float rho = sqrtf(fmaxf(1e-6f, 1 - dir.y * dir.y));
     struct vec3 around = scale(vec(dir.x, 0, dir.z), sky->skyline_scale / rho);
-    float hills = sky->skyline > 0 ? sky->skyline * fractal(sky->noise_seed + 31, around) : 0;
+    float hills = sky->skyline > 0 ? sky->skyline * noise_fractal(sky->noise_seed + 31, around) : 0;
     struct vec3 radiance;
     if (dir.y < hills && sky->panel_count == 0) {
         radiance = below_skyline(sky, dir);
@@ -123,8 +95,8 @@ struct vec3 sky_radiance(const struct sky *sky, struct vec3 dir, bool with_sun) 
         if (sky->cloud > 0) {
             struct vec3 at =
                 scale(vec(dir.x, 0.3f, dir.z), sky->cloud_scale / (0.2f + fmaxf(0, dir.y)));
-            float cover =
-                fminf(1, fmaxf(0, (fractal(sky->noise_seed, at) - 1 + sky->cloud) * 5 + 0.5f));
+            float cover = fminf(
+                1, fmaxf(0, (noise_fractal(sky->noise_seed, at) - 1 + sky->cloud) * 5 + 0.5f));
             radiance = mix(radiance, scale(vec(1, 1, 1), sky->cloud_light), cover * 0.9f);
         }
         if (with_sun && toward > sky->sun_cos)

@@ -84,6 +84,8 @@ void stage_init(struct stage *stage, uint64_t seed, uint64_t index, uint64_t att
 }
 
 void stage_clear(struct stage *stage) {
+    for (int i = 0; i < stage->mesh_count; i++)
+        mesh_destroy(&stage->meshes[i]);
     free(stage->shapes);
     free(stage->materials);
     memset(stage, 0, sizeof *stage);
@@ -108,34 +110,58 @@ static bool grow(struct stage *stage, void **items, int count, int *capacity, si
     return true;
 }
 
-int stage_checkerboard(struct stage *stage, struct vec3 color0, struct vec3 color1, float scale_u,
-                       float scale_v) {
+int stage_add_material(struct stage *stage, const struct material *material) {
     if (!grow(stage, (void **)&stage->materials, stage->material_count, &stage->material_capacity,
               sizeof *stage->materials))
         return 0;
-    stage->materials[stage->material_count] = (struct material){color0, color1, scale_u, scale_v};
+    stage->materials[stage->material_count] = *material;
     return stage->material_count++;
+}
+
+int stage_checkerboard(struct stage *stage, struct vec3 color0, struct vec3 color1, float scale_u,
+                       float scale_v) {
+    struct material material = {.kind = MATERIAL_DIFFUSE,
+                                .color0 = color0,
+                                .color1 = color1,
+                                .scale_u = scale_u,
+                                .scale_v = scale_v,
+                                .picture = -1};
+    return stage_add_material(stage, &material);
 }
 
 int stage_material(struct stage *stage, struct vec3 color) {
     return stage_checkerboard(stage, color, color, 1, 1);
 }
 
+/* Of a shape's bounding sphere, as the unit shape's in its own space. */
+static float bounding_radius(enum shape_kind kind, const struct xform *to_world) {
+    const float *m = to_world->m;
+    float x = length(vec(m[0], m[4], m[8])), y = length(vec(m[1], m[5], m[9])),
+          z = length(vec(m[2], m[6], m[10]));
+    switch (kind) {
+    case SHAPE_SPHERE:
+        return x;
+    case SHAPE_DISK:
+        return fmaxf(x, y);
+    case SHAPE_CYLINDER:
+        return sqrtf(x * x + z * z / 4);
+    case SHAPE_CUBE:
+        return sqrtf(x * x + y * y + z * z);
+    default:
+        return sqrtf(x * x + y * y);
+    }
+}
+
 int stage_add(struct stage *stage, enum shape_kind kind, struct xform to_world, int material) {
     if (!grow(stage, (void **)&stage->shapes, stage->shape_count, &stage->shape_capacity,
               sizeof *stage->shapes))
         return 0;
-    const float *m = to_world.m;
-    float x = length(vec(m[0], m[4], m[8])), y = length(vec(m[1], m[5], m[9]));
-    float z = kind == SHAPE_CUBE ? length(vec(m[2], m[6], m[10])) : 0;
-    float radius = kind == SHAPE_SPHERE ? x
-                   : kind == SHAPE_DISK ? fmaxf(x, y)
-                                        : sqrtf(x * x + y * y + z * z);
+    struct vec3 center = vec(0, 0, kind == SHAPE_CYLINDER ? 0.5f : 0);
     stage->shapes[stage->shape_count] = (struct shape){.kind = kind,
                                                        .to_world = to_world,
                                                        .to_local = xform_inverse(to_world),
-                                                       .center = vec(m[3], m[7], m[11]),
-                                                       .radius = radius,
+                                                       .center = xform_point(&to_world, center),
+                                                       .radius = bounding_radius(kind, &to_world),
                                                        .material = material};
     return stage->shape_count++;
 }
@@ -178,6 +204,34 @@ void stage_tube(struct stage *stage, struct xform place, struct vec3 center, flo
     }
 }
 
+int stage_cylinder(struct stage *stage, struct xform place, struct vec3 from, struct vec3 to,
+                   float radius, int material) {
+    struct vec3 axis = sub(to, from), n = normalize(axis);
+    struct vec3 u = normalize(cross(fabsf(n.y) < 0.9f ? vec(0, 1, 0) : vec(0, 0, 1), n)),
+                v = cross(n, u);
+    u = scale(u, radius), v = scale(v, radius);
+    struct xform local = {
+        {u.x, v.x, axis.x, from.x, u.y, v.y, axis.y, from.y, u.z, v.z, axis.z, from.z}};
+    return stage_add(stage, SHAPE_CYLINDER, xform_multiply(place, local), material);
+}
+
+void stage_mesh(struct stage *stage, struct xform place, struct mesh *mesh, int material) {
+    if (!mesh || mesh->triangle_count == 0 || stage->mesh_count == STAGE_MESHES) {
+        mesh_destroy(&mesh);
+        return;
+    }
+    int index = stage_add(stage, SHAPE_MESH, place, material);
+    stage->meshes[stage->mesh_count++] = mesh;
+    if (index >= stage->shape_count)
+        return;
+    struct shape *shape = &stage->shapes[index];
+    struct vec3 center;
+    float radius = mesh_bounds(mesh, &center);
+    shape->mesh = stage->mesh_count - 1;
+    shape->center = xform_point(&place, center);
+    shape->radius = radius * length(xform_vector(&place, vec(1, 0, 0)));
+}
+
 float shape_area(const struct shape *shape) {
     const float *m = shape->to_world.m;
     float x = length(vec(m[0], m[4], m[8])), y = length(vec(m[1], m[5], m[9])),
@@ -189,6 +243,8 @@ float shape_area(const struct shape *shape) {
         return PI_F * x * y;
     case SHAPE_CUBE:
         return 8 * (x * y + y * z + z * x);
+    case SHAPE_CYLINDER:
+        return 2 * PI_F * x * z;
     default:
         return 4 * PI_F * x * x;
     }

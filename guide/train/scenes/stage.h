@@ -2,9 +2,12 @@
 #ifndef FEWRAY_TRAIN_STAGE_H
 #define FEWRAY_TRAIN_STAGE_H
 
-/* A generated scene while it is being built: shapes, materials, sky and camera. Builders work in
- * metres (y up, the floor at y = 0); stage.root takes metres to the scene's own units. */
+/* A generated scene while it is being built: shapes, materials, lights, sky and camera. Builders
+ * work in metres (y up, the floor at y = 0); stage.root takes metres to the scene's own units. */
 
+#include "guide/train/scenes/material.h"
+#include "guide/train/scenes/mesh.h"
+#include "guide/train/scenes/picture.h"
 #include "guide/train/scenes/random.h"
 #include "guide/train/scenes/sky.h"
 #include "guide/vec.h"
@@ -28,8 +31,15 @@ struct xform moved(struct xform place, float x, float y, float z, float yaw);
 struct xform tumbled(struct random *r, struct xform place, struct vec3 at);
 
 /* Unit shapes as Mitsuba has them: [-1,1]^2 in xy facing +z, the unit disk, [-1,1]^3, the unit
- * sphere. */
-enum shape_kind { SHAPE_RECTANGLE, SHAPE_DISK, SHAPE_CUBE, SHAPE_SPHERE };
+ * sphere, the side of the cylinder of radius 1 around z = 0..1; and a mesh in its own metres. */
+enum shape_kind {
+    SHAPE_RECTANGLE,
+    SHAPE_DISK,
+    SHAPE_CUBE,
+    SHAPE_SPHERE,
+    SHAPE_CYLINDER,
+    SHAPE_MESH
+};
 
 struct shape {
     enum shape_kind kind;
@@ -37,12 +47,16 @@ struct shape {
     struct vec3 center;              /* of a bounding sphere, world space */
     float radius;
     int material;
+    int mesh;             /* of a SHAPE_MESH: which */
     struct vec3 radiance; /* zero: not a light */
 };
 
-struct material {
-    struct vec3 color0, color1; /* a checkerboard where they differ */
-    float scale_u, scale_v;     /* its periods over the shape's uv range 0..1 */
+/* A light without a surface. */
+struct lamp {
+    bool spot; /* else it shines everywhere */
+    struct vec3 position, direction;
+    struct vec3 intensity; /* W/sr, in the beam's middle */
+    float cutoff, beam;    /* spot: half angles, degrees: dark beyond, full up to */
 };
 
 struct camera_pose {
@@ -51,14 +65,23 @@ struct camera_pose {
 };
 
 #define STAGE_INTERESTS 48
+#define STAGE_PICTURES  6
+#define STAGE_MESHES    12
+#define STAGE_LAMPS     8
 
 struct stage {
     struct random random;
     float plan; /* 0..1: which kind of scene, kept over further tries */
     struct xform root;
+    bool mixed; /* all kinds of materials, textures and lights; else diffuse surfaces alone */
     int shape_count, shape_capacity, material_count, material_capacity;
     struct shape *shapes;
     struct material *materials;
+    int picture_count, mesh_count, lamp_count;
+    struct picture pictures[STAGE_PICTURES];
+    struct mesh *meshes[STAGE_MESHES];
+    struct lamp lamps[STAGE_LAMPS];
+    bool panes; /* light comes through glass: no sun, whose paths no one finds */
     struct sky sky;
     struct vec3 camera_low, camera_high;   /* root's metres: where a camera may stand */
     struct vec3 interest[STAGE_INTERESTS]; /* world space: what is worth looking at */
@@ -68,7 +91,8 @@ struct stage {
     bool failed; /* out of memory: the scene is incomplete */
 };
 
-/* An empty stage; the plan depends on seed and index, all other choices on the attempt as well. */
+/* An empty stage of diffuse surfaces; the plan depends on seed and index, all other choices on the
+ * attempt as well. */
 void stage_init(struct stage *stage, uint64_t seed, uint64_t index, uint64_t attempt);
 void stage_clear(struct stage *stage);
 /* Remembers a point, in place's metres, that is worth looking at. */
@@ -77,6 +101,9 @@ void stage_look_here(struct stage *stage, struct xform place, struct vec3 at);
 int stage_material(struct stage *stage, struct vec3 color);
 int stage_checkerboard(struct stage *stage, struct vec3 color0, struct vec3 color1, float scale_u,
                        float scale_v);
+
+/* Any material; its picture is an index of stage->pictures or -1. */
+int stage_add_material(struct stage *stage, const struct material *material);
 
 /* Adds a shape; returns its index (0 where memory is short). */
 int stage_add(struct stage *stage, enum shape_kind kind, struct xform to_world, int material);
@@ -90,6 +117,13 @@ int stage_panel(struct stage *stage, enum shape_kind kind, struct xform place, s
 /* The side of a cylinder along y, of flat strips; from y = center.y to center.y + height. */
 void stage_tube(struct stage *stage, struct xform place, struct vec3 center, float radius,
                 float height, int sides, int material);
+
+/* The round side of a cylinder between two points of place's metres, without lids. */
+int stage_cylinder(struct stage *stage, struct xform place, struct vec3 from, struct vec3 to,
+                   float radius, int material);
+/* Places a mesh given in place's metres, which the stage takes over; NULL or one too many is
+ * dropped. */
+void stage_mesh(struct stage *stage, struct xform place, struct mesh *mesh, int material);
 
 /* Makes a shape a light that brings `share` of mean irradiance to the stage's surface. */
 void stage_light(struct stage *stage, int shape, struct vec3 tint, float share);

@@ -108,6 +108,8 @@ void build_window(struct stage *stage, const struct wall *wall, const struct ope
         block(stage, wall->place, o->x0, o->x1, o->y0 + open * height, o->y1, -0.05f, -0.03f,
               surface_any(stage));
     }
+    if (stage->mixed)
+        build_glazing(stage, wall, o);
     if (chance(r, 0.6f) && o->y0 > 0.2f)
         block(stage, wall->place, o->x0 - 0.06f, o->x1 + 0.06f, o->y0 - 0.04f, o->y0,
               -wall->thickness, 0.08f, paint);

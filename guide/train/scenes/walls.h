@@ -25,6 +25,8 @@ void build_wall(struct stage *stage, const struct wall *wall);
 
 /* Frame, mullions, bars, blinds, shutters or curtains; all of them leave light a way. */
 void build_window(struct stage *stage, const struct wall *wall, const struct opening *opening);
+/* panes.c: a sheet of glass, a fine grid, or nothing; for mixed stages. */
+void build_glazing(struct stage *stage, const struct wall *wall, const struct opening *opening);
 /* Frame and a leaf that stands ajar. */
 void build_door(struct stage *stage, const struct wall *wall, const struct opening *opening);
 /* A closed, lit room behind an opening; share: the irradiance that its lights would bring to the

@@ -4,9 +4,9 @@
 
 #include "guide/train/scenes/stage.h"
 
-/* Writes a finished stage as Mitsuba 3 XML, a film of width x height pixels. sky_name: the sky's
- * file beside it, where the stage has a SKY_MAP. */
+/* Writes a finished stage as Mitsuba 3 XML, a film of width x height pixels. prefix: of the names
+ * of the files beside it: PREFIX-sky.exr, textures/PREFIX-K.png, meshes/PREFIX-K.obj. */
 int stage_write_xml(const struct stage *stage, int width, int height, const char *path,
-                    const char *sky_name, struct fewray_error *error);
+                    const char *prefix, struct fewray_error *error);
 
 #endif

@@ -1,21 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Constant and latitude-longitude environments. */
 
-#include "guide/trace/environment.h"
+#include "guide/light/environment.h"
 
 #include <stdlib.h>
 
-#include "guide/trace/distribution.h"
-
-static struct vec3 rotate(const float m[9], struct vec3 d) {
-    return vec(m[0] * d.x + m[1] * d.y + m[2] * d.z, m[3] * d.x + m[4] * d.y + m[5] * d.z,
-               m[6] * d.x + m[7] * d.y + m[8] * d.z);
-}
-
-static struct vec3 rotate_back(const float m[9], struct vec3 d) {
-    return vec(m[0] * d.x + m[3] * d.y + m[6] * d.z, m[1] * d.x + m[4] * d.y + m[7] * d.z,
-               m[2] * d.x + m[5] * d.y + m[8] * d.z);
-}
+#include "guide/basis.h"
+#include "guide/light/distribution.h"
 
 /* Mitsuba's mapping: u = atan2(x, -z) / 2 pi (mod 1), v = acos(y) / pi. */
 static void to_uv(struct vec3 local, float *u, float *v) {
@@ -56,7 +47,7 @@ struct vec3 environment_radiance(const struct environment *e, struct vec3 direct
     if (e->kind == ENVIRONMENT_NONE)
         return vec(0, 0, 0);
     float u, v;
-    to_uv(rotate(e->to_local, direction), &u, &v);
+    to_uv(to_axes(e->to_local, direction), &u, &v);
     return map_value(e, u, v);
 }
 
@@ -131,9 +122,8 @@ static float cell_pdf(const struct environment_table *t, size_t x, size_t y, flo
 
 struct vec3 environment_sample(const struct environment_table *t, const float u[2], float *pdf) {
     if (t->environment->kind != ENVIRONMENT_MAP) {
-        float z = 1 - 2 * u[0], r = sqrtf(fmaxf(0, 1 - z * z)), phi = 2 * PI_F * u[1];
         *pdf = 0.25f / PI_F;
-        return vec(r * cosf(phi), r * sinf(phi), z);
+        return uniform_sphere(u);
     }
     float a = u[0], b = u[1];
     size_t y = cdf_sample(t->row_cdf, (size_t)t->height, &a);
@@ -141,7 +131,7 @@ struct vec3 environment_sample(const struct environment_table *t, const float u[
                               t->column_cut + y * (size_t)t->cuts, (size_t)t->cuts, &b);
     float v = ((float)y + a) / (float)t->height;
     *pdf = cell_pdf(t, x, y, sinf(v * PI_F));
-    return rotate_back(t->environment->to_local, from_uv(((float)x + b) / (float)t->width, v));
+    return from_axes(t->environment->to_local, from_uv(((float)x + b) / (float)t->width, v));
 }
 
 float environment_pdf(const struct environment_table *t, struct vec3 direction) {
@@ -150,7 +140,7 @@ float environment_pdf(const struct environment_table *t, struct vec3 direction) 
     if (t->environment->kind == ENVIRONMENT_CONSTANT)
         return 0.25f / PI_F;
     float u, v;
-    to_uv(rotate(t->environment->to_local, direction), &u, &v);
+    to_uv(to_axes(t->environment->to_local, direction), &u, &v);
     int x = (int)(u * (float)t->width), y = (int)(v * (float)t->height);
     x = x < t->width ? x : t->width - 1;
     y = y < t->height ? y : t->height - 1;

@@ -33,6 +33,19 @@ static inline struct vec3 uniform_hemisphere(const float u[2]) {
     return vec(r * cosf(phi), r * sinf(phi), z);
 }
 
+/* Direction with density 1 / (4 pi) (solid angle). */
+static inline struct vec3 uniform_sphere(const float u[2]) {
+    float z = 1 - 2 * u[0], r = sqrtf(fmaxf(0, 1 - z * z)), phi = 2 * PI_F * u[1];
+    return vec(r * cosf(phi), r * sinf(phi), z);
+}
+
+/* Local direction with density 1 / (2 pi cone) (solid angle); cone = 1 - cos of its half angle. */
+static inline struct vec3 uniform_cone(float cone, const float u[2]) {
+    float below = u[0] * cone, phi = 2 * PI_F * u[1];
+    float sine = sqrtf(fmaxf(0, below * (2 - below)));
+    return vec(sine * cosf(phi), sine * sinf(phi), 1 - below);
+}
+
 /* Veach 1997, eq. 9.12 (power heuristic, beta = 2) for one sample of each of two techniques.
  * Divides first, so that no density overflows. */
 static inline float power_heuristic(float pdf, float other_pdf) {

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef FEWRAY_IMAGE_MODULE_H
+#define FEWRAY_IMAGE_MODULE_H
+
+/* The C face of the shim over OpenImageIO, which is the module "image". Nothing throws or prints.
+ */
+
+#include "features/features.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct image_module {
+    /* Decodes the file path, or, where bytes isn't NULL, size bytes of one in memory (path is then
+     * for messages). image was zeroed; its arrays are from malloc(), also after a failure. */
+    int (*read)(const char *path, const void *bytes, size_t size, struct fewray_image *image,
+                struct fewray_error *error);
+    /* A PNG of (height, width, 3) sRGB-encoded bytes into *file, malloc'd; path is for messages. */
+    int (*encode_png)(const char *path, int width, int height, const uint8_t *rgb,
+                      unsigned char **file, size_t *size, struct fewray_error *error);
+};
+
+/* What the module exports. */
+FEWRAY_API extern const struct image_module fewray_image_module;
+
+#ifdef __cplusplus
+}
+#endif
+#endif
