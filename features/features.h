@@ -65,15 +65,17 @@ enum fewray_layer {
     FEWRAY_COLOR,    /* R G B: the result */
     FEWRAY_NOISY,    /* noisy.R/G/B: the render before the denoiser */
     FEWRAY_VARIANCE, /* variance.R/G/B of the pixel's mean, radiance^2 */
-    FEWRAY_ALBEDO,   /* albedo.R/G/B of the first vertex, 0..1, 0 where the camera ray misses */
+    /* Of the first vertex: the first surface on the camera ray that isn't perfectly specular. */
+    FEWRAY_ALBEDO, /* albedo.R/G/B, 0..1, times what mirrors and glass before let through; 0 where
+                      the camera ray misses */
     FEWRAY_SHADED_ALBEDO, /* shaded_albedo.R/G/B: of the very samples that the colour is made of;
                              albedo itself may come from more camera rays */
     FEWRAY_NORMAL,        /* normal.X/Y/Z, world space, mean over the pixel's samples */
-    FEWRAY_DEPTH,         /* depth.Z: distance along the camera ray in scene units, 0 = miss */
-    FEWRAY_EMISSION, /* emission.R/G/B: radiance emitted by what the camera rays hit first (also the
-                        background) */
-    FEWRAY_IRRADIANCE, /* irradiance.R/G/B / pi: the guide's estimate of (radiosity / albedo) at the
-                          first hit */
+    FEWRAY_DEPTH,         /* depth.Z: the way to there in scene units, 0 = miss */
+    FEWRAY_EMISSION,   /* emission.R/G/B: radiance emitted on the way to there and by it, or by the
+                          background */
+    FEWRAY_IRRADIANCE, /* irradiance.R/G/B / pi: the guide's estimate of (radiosity / albedo)
+                          there */
     FEWRAY_IRRADIANCE_CONFIDENCE, /* irradiance.confidence: 0 = no estimate, to 1 = as good as
                                      known: I^2 / (I^2 + variance of I) */
     FEWRAY_LAYER_COUNT

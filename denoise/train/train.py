@@ -46,6 +46,14 @@ def validate(model, views, size=256):
     return mean(before), mean(after)
 
 
+def start_from(model, weights):
+    """Takes another model's weights over. One that knew fewer features didn't see the last ones: their weights are 0."""
+    first = weights["enc0a.weight"]
+    missing = model.enc0a.in_channels - first.shape[1]
+    weights["enc0a.weight"] = F.pad(first, (0, 0, 0, 0, 0, missing))
+    model.load_state_dict(weights)
+
+
 def save(path, state):
     torch.save(state, str(path) + ".part")
     os.replace(str(path) + ".part", path)
@@ -74,7 +82,7 @@ def main():
     model, average = KPN(), KPN()
     model = model.to(memory_format=torch.channels_last)
     if a.start:
-        model.load_state_dict(torch.load(a.start, weights_only=False)["average"])
+        start_from(model, torch.load(a.start, weights_only=False)["average"])
     average.load_state_dict(model.state_dict())
     optimizer = torch.optim.Adam(model.parameters(), lr=a.rate, betas=(0.9, 0.99))
     steps, elapsed, log = 0, 0.0, []

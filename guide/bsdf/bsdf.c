@@ -33,6 +33,10 @@ static struct vec3 color_of(const struct place *p, int texture) {
         texture_value(&p->world->scene->textures[texture], p->surface->u, p->surface->v));
 }
 
+static struct vec3 color_or_white(const struct place *p, int texture) {
+    return texture >= 0 ? color_of(p, texture) : vec(1, 1, 1);
+}
+
 /* Grey value of a texture; Mitsuba takes the luminance of coloured ones. */
 static float grey_of(const struct place *p, int texture) {
     const struct texture *t = &p->world->scene->textures[texture];
@@ -66,10 +70,8 @@ static void look_up(const struct place *p, const struct bsdf *bsdf, struct bsdf_
         b->reflectance = color_of(p, bsdf->reflectance);
     if (bsdf->kind == BSDF_DIFFUSE)
         return;
-    if (bsdf->specular_reflectance >= 0)
-        b->specular_reflectance = color_of(p, bsdf->specular_reflectance);
-    if (bsdf->specular_transmittance >= 0)
-        b->specular_transmittance = color_of(p, bsdf->specular_transmittance);
+    b->specular_reflectance = color_or_white(p, bsdf->specular_reflectance);
+    b->specular_transmittance = color_or_white(p, bsdf->specular_transmittance);
     if (bsdf->alpha_u >= 0)
         b->alpha_u = grey_of(p, bsdf->alpha_u);
     if (bsdf->alpha_v >= 0)
@@ -79,32 +81,27 @@ static void look_up(const struct place *p, const struct bsdf *bsdf, struct bsdf_
             bsdf->principled[i] >= 0 ? clamp_unit(grey_of(p, bsdf->principled[i])) : 0;
 }
 
-static void prepare(struct bsdf_local *b) {
-    switch (b->bsdf->kind) {
-    case BSDF_DIFFUSE:
-        diffuse_prepare(b);
-        break;
-    case BSDF_CONDUCTOR:
-    case BSDF_ROUGH_CONDUCTOR:
-        conductor_prepare(b);
-        break;
-    case BSDF_DIELECTRIC:
-    case BSDF_THIN_DIELECTRIC:
-    case BSDF_ROUGH_DIELECTRIC:
-        dielectric_prepare(b);
-        break;
-    case BSDF_PLASTIC:
-    case BSDF_ROUGH_PLASTIC:
-        plastic_prepare(b);
-        break;
-    case BSDF_PRINCIPLED:
-        principled_prepare(b);
-        break;
-    default:
-        null_prepare(b);
-        break;
-    }
-}
+/* What the plain kinds do; see bsdf_local.h. */
+static const struct {
+    void (*prepare)(struct bsdf_local *);
+    struct vec3 (*eval)(const struct bsdf_local *, struct vec3);
+    float (*pdf)(const struct bsdf_local *, struct vec3);
+    bool (*sample)(const struct bsdf_local *, float, const float[2], struct bsdf_sample *);
+} plain[] = {
+#define KIND(name)                                                                                 \
+    { name##_prepare, name##_eval, name##_pdf, name##_sample }
+    [BSDF_DIFFUSE] = KIND(diffuse),
+    [BSDF_PLASTIC] = KIND(plastic),
+    [BSDF_ROUGH_PLASTIC] = KIND(plastic),
+    [BSDF_CONDUCTOR] = KIND(conductor),
+    [BSDF_ROUGH_CONDUCTOR] = KIND(conductor),
+    [BSDF_DIELECTRIC] = KIND(dielectric),
+    [BSDF_THIN_DIELECTRIC] = KIND(dielectric),
+    [BSDF_ROUGH_DIELECTRIC] = KIND(dielectric),
+    [BSDF_PRINCIPLED] = KIND(principled),
+    [BSDF_NULL] = {null_prepare, NULL, NULL, null_sample}, /* specular: never evaluated */
+#undef KIND
+};
 
 /* Turns the frame as a bump or normal map says. */
 static void perturb(struct place *p, const struct bsdf *bsdf) {
@@ -146,7 +143,7 @@ static void add_plain(struct place *p, const struct bsdf *bsdf, struct shading *
         b->frame = p->frame;
         b->outgoing = to_local(&b->frame, p->outgoing);
     }
-    prepare(b);
+    plain[bsdf->kind].prepare(b);
 }
 
 static void add_bsdf(struct place p, int index, struct shading *out) {
@@ -221,70 +218,6 @@ void bsdf_at(const struct fewray_world *world, const struct surface *surface, st
     summarize(out);
 }
 
-static struct vec3 eval(const struct bsdf_local *b, struct vec3 incident) {
-    switch (b->bsdf->kind) {
-    case BSDF_DIFFUSE:
-        return diffuse_eval(b, incident);
-    case BSDF_CONDUCTOR:
-    case BSDF_ROUGH_CONDUCTOR:
-        return conductor_eval(b, incident);
-    case BSDF_DIELECTRIC:
-    case BSDF_THIN_DIELECTRIC:
-    case BSDF_ROUGH_DIELECTRIC:
-        return dielectric_eval(b, incident);
-    case BSDF_PLASTIC:
-    case BSDF_ROUGH_PLASTIC:
-        return plastic_eval(b, incident);
-    case BSDF_PRINCIPLED:
-        return principled_eval(b, incident);
-    default:
-        return vec(0, 0, 0);
-    }
-}
-
-static float pdf(const struct bsdf_local *b, struct vec3 incident) {
-    switch (b->bsdf->kind) {
-    case BSDF_DIFFUSE:
-        return diffuse_pdf(b, incident);
-    case BSDF_CONDUCTOR:
-    case BSDF_ROUGH_CONDUCTOR:
-        return conductor_pdf(b, incident);
-    case BSDF_DIELECTRIC:
-    case BSDF_THIN_DIELECTRIC:
-    case BSDF_ROUGH_DIELECTRIC:
-        return dielectric_pdf(b, incident);
-    case BSDF_PLASTIC:
-    case BSDF_ROUGH_PLASTIC:
-        return plastic_pdf(b, incident);
-    case BSDF_PRINCIPLED:
-        return principled_pdf(b, incident);
-    default:
-        return 0;
-    }
-}
-
-static bool sample(const struct bsdf_local *b, float choice, const float u[2],
-                   struct bsdf_sample *out) {
-    switch (b->bsdf->kind) {
-    case BSDF_DIFFUSE:
-        return diffuse_sample(b, choice, u, out);
-    case BSDF_CONDUCTOR:
-    case BSDF_ROUGH_CONDUCTOR:
-        return conductor_sample(b, choice, u, out);
-    case BSDF_DIELECTRIC:
-    case BSDF_THIN_DIELECTRIC:
-    case BSDF_ROUGH_DIELECTRIC:
-        return dielectric_sample(b, choice, u, out);
-    case BSDF_PLASTIC:
-    case BSDF_ROUGH_PLASTIC:
-        return plastic_sample(b, choice, u, out);
-    case BSDF_PRINCIPLED:
-        return principled_sample(b, choice, u, out);
-    default:
-        return null_sample(b, out);
-    }
-}
-
 /* Share of the light from a direction that a bump or normal map leaves; local: the direction in the
  * frame that it made. 0 where the light would get through the surface, or through only one of both
  * surfaces. */
@@ -312,7 +245,7 @@ struct vec3 bsdf_times_cosine(const struct shading *s, struct vec3 incident) {
         const struct bsdf_local *b = &s->locals[i];
         float visible = b->delta_chance < 1 ? enter_frame(b, incident, &local) : 0;
         if (visible > 0)
-            sum = add(sum, scale(eval(b, local), b->weight * visible));
+            sum = add(sum, scale(plain[b->bsdf->kind].eval(b, local), b->weight * visible));
     }
     return sum;
 }
@@ -320,9 +253,11 @@ struct vec3 bsdf_times_cosine(const struct shading *s, struct vec3 incident) {
 float bsdf_pdf(const struct shading *s, struct vec3 incident) {
     float sum = 0;
     struct vec3 local;
-    for (int i = 0; i < s->count; i++)
-        if (s->locals[i].delta_chance < 1 && enter_frame(&s->locals[i], incident, &local) > 0)
-            sum += s->locals[i].weight * pdf(&s->locals[i], local);
+    for (int i = 0; i < s->count; i++) {
+        const struct bsdf_local *b = &s->locals[i];
+        if (b->delta_chance < 1 && enter_frame(b, incident, &local) > 0)
+            sum += b->weight * plain[b->bsdf->kind].pdf(b, local);
+    }
     return sum;
 }
 
@@ -363,7 +298,7 @@ bool bsdf_sample(const struct shading *s, float choice, const float u[2], struct
         framed.frame = basis_around(b->frame.n);
         b = &framed;
     }
-    if (!sample(b, choice, u, out))
+    if (!plain[b->bsdf->kind].sample(b, choice, u, out))
         return false;
     struct vec3 local = out->direction;
     out->direction = to_world(&b->frame, local);

@@ -63,7 +63,8 @@ bool diffuse_sample(const struct bsdf_local *b, float choice, const float u[2],
 
 /* BSDF_NULL: a surface that isn't there. */
 void null_prepare(struct bsdf_local *b);
-bool null_sample(const struct bsdf_local *b, struct bsdf_sample *out);
+bool null_sample(const struct bsdf_local *b, float choice, const float u[2],
+                 struct bsdf_sample *out);
 
 /* BSDF_CONDUCTOR, BSDF_ROUGH_CONDUCTOR */
 void conductor_prepare(struct bsdf_local *b);

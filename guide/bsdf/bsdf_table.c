@@ -29,10 +29,11 @@ static float bitmap_mean(const struct texture *texture) {
     return count > 0 ? (float)(sum / count) : 0;
 }
 
-/* Mitsuba's Texture::mean(): of bitmaps the luminance, of others the mean of the components. */
+/* Mitsuba's Texture::mean(): of bitmaps the luminance, of others the mean of the components; 1
+ * without a texture. */
 static float texture_mean(const struct fewray_scene *scene, int index) {
     if (index < 0)
-        return 0;
+        return 1;
     const struct texture *t = &scene->textures[index];
     switch (t->kind) {
     case TEXTURE_CONSTANT:

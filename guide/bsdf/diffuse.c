@@ -33,7 +33,10 @@ void null_prepare(struct bsdf_local *b) {
     b->albedo = vec(0, 0, 0);
 }
 
-bool null_sample(const struct bsdf_local *b, struct bsdf_sample *out) {
+bool null_sample(const struct bsdf_local *b, float choice, const float u[2],
+                 struct bsdf_sample *out) {
+    (void)choice;
+    (void)u;
     *out = (struct bsdf_sample){.direction = negate(b->outgoing),
                                 .weight = vec(1, 1, 1),
                                 .pdf = 1,

@@ -72,8 +72,8 @@ struct bsdf {
     int nested[2];
     int weight;                 /* texture: opacity, share, height or normal */
     int reflectance;            /* texture: diffuse_reflectance, or principled's base_color */
-    int specular_reflectance;   /* texture */
-    int specular_transmittance; /* texture */
+    int specular_reflectance;   /* texture; -1 = white */
+    int specular_transmittance; /* texture; -1 = white */
     int alpha_u, alpha_v;       /* textures: roughness of the microfacets along dp/du and dp/dv */
     int principled[PRINCIPLED_COUNT]; /* textures; -1 = off, so that its part can be skipped */
     enum microfacet_kind microfacets;

@@ -22,8 +22,9 @@ struct edge_job {
     uint32_t seed;
 };
 
-/* The features of a tile and of the pixels around it, means over the samples; beyond the picture
- * those of its border. */
+/* The features of a tile and of the pixels around it, means over the samples; NaN beyond the
+ * picture, which fminf() and fmaxf() pass over: a pixel of the border must not stand in for its
+ * own neighbour. */
 struct edge_tile {
     float features[BORDERED][BORDERED][FEATURES];
 };
@@ -45,15 +46,17 @@ static void features_at(const struct fewray_film *film, int x, int y, float f[FE
     }
 }
 
-static int clamp_index(int i, int n) {
-    return i < 0 ? 0 : i < n ? i : n - 1;
-}
-
 static void read_tile(const struct fewray_film *film, int x0, int y0, struct edge_tile *tile) {
-    for (int y = 0; y < BORDERED; y++)
-        for (int x = 0; x < BORDERED; x++)
-            features_at(film, clamp_index(x0 + x - 1, film->width),
-                        clamp_index(y0 + y - 1, film->height), tile->features[y][x]);
+    for (int j = 0; j < BORDERED; j++)
+        for (int i = 0; i < BORDERED; i++) {
+            int x = x0 + i - 1, y = y0 + j - 1;
+            float *f = tile->features[j][i];
+            if (x >= 0 && y >= 0 && x < film->width && y < film->height)
+                features_at(film, x, y, f);
+            else
+                for (int k = 0; k < FEATURES; k++)
+                    f[k] = NAN;
+        }
 }
 
 /* Camera rays that a pixel needs: all at edges of what shines, where errors are largest, half of

@@ -7,8 +7,8 @@ LLVM 16 or newer (DRJIT_LIBLLVM_PATH). Prints a Markdown table, one row a scene:
 
   ratio      mean radiance, fewray over Mitsuba, and one standard error of it
   z          blocks of --block pixels: difference of the means over its standard error, both from the spread over the
-             seeds. Given are the standard deviation of z (about sqrt((n-1)/(n-3)) for n = 2 seeds - 1 degrees of freedom
-             where only noise differs) and the share of |z| > 3 (about 0.5 % there)
+             seeds. Given are the standard deviation of z and the share of |z| > 3. Where only noise differs z has Student's
+             distribution with n = 2 (seeds - 1) degrees of freedom: a deviation of sqrt(n / (n - 2)), 1 % beyond 3 for n = 14
   load       s until the first ray: reading files, building the acceleration structure; the lesser of two. Mitsuba's is mi.load_file()
              and its first render's kernel compilation isn't counted
   4 spp      s of rendering 4 samples a pixel at the scene's own size, without guide and denoiser; the least of three, interleaved
