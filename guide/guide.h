@@ -82,8 +82,8 @@ struct fewray_render_settings {
     bool share_maps; /* four blocks of 8 x 8 pixels that show one even surface have one map */
     bool refine;     /* maps learn from the samples they draw, where there are many */
     int map_bins;    /* rows and columns of a map over the sphere: 32, 16 or 8 */
-    int camera_rays; /* of a pixel at an edge of emission, where it has fewer samples; half as
-                        many at edges of albedo, normal or depth; 0 = none */
+    int camera_rays; /* of a pixel at an edge of emission, where it has fewer samples; a
+                        quarter at edges of albedo, normal or depth; 0 = none */
     void (*progress)(void *user, const char *phase,
                      double fraction); /* NULL; may be called from any thread, one at a time */
     void *progress_user;

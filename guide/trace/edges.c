@@ -59,8 +59,8 @@ static void read_tile(const struct fewray_film *film, int x0, int y0, struct edg
         }
 }
 
-/* Camera rays that a pixel needs: all at edges of what shines, where errors are largest, half of
- * them at others. Judged by the eight neighbours alone: a choice that looked at the pixel's own
+/* Camera rays that a pixel needs: all at edges of what shines, where errors are largest, a
+ * quarter at others. Judged by the eight neighbours alone: a choice that looked at the pixel's own
  * samples would bias it. (x, y) within the tile, border included. */
 static int rays_at(const struct edge_tile *tile, int x, int y, int camera_rays) {
     float low[FEATURES], high[FEATURES];
@@ -81,7 +81,7 @@ static int rays_at(const struct edge_tile *tile, int x, int y, int camera_rays) 
         edge |= high[ALBEDO + c] - low[ALBEDO + c] > ALBEDO_CONTRAST ||
                 high[NORMAL + c] - low[NORMAL + c] > NORMAL_CONTRAST;
     }
-    return bright ? camera_rays : edge ? (camera_rays + 1) / 2 : 0;
+    return bright ? camera_rays : edge ? (camera_rays + 3) / 4 : 0;
 }
 
 /* Means over the camera rays of a pixel. */
