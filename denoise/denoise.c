@@ -1,21 +1,27 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The public denoiser: checks its input, loads the weights, and takes a picture through the
- * network, whole or in tiles. */
+ * network, whole or in columns. */
 
 #include "denoise/denoise.h"
 
+#include <math.h>
 #include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
+#include "denoise/emitters.h"
 #include "denoise/kpn.h"
+#include "denoise/kpn_layers.h"
+#include "denoise/run.h"
 #include "denoise/weights_kpn.h"
 
-#define DEFAULT_MEMORY ((size_t)1 << 30)
+#define DEFAULT_MEMORY ((size_t)256 << 20)
+#define BAND_MEMORY    ((size_t)48 << 20) /* larger bands of rows than fit into it bring no speed */
+#define SETTLED_ERROR  0.001f
 #define MAX_SIDE       (1 << 20)
 #define MAX_PIXELS     ((size_t)1 << 31)
-#define MIN_CORE       64 /* narrower tiles would be nearly all overlap */
+#define MIN_CORE       64 /* narrower columns would be nearly all overlap */
 
 struct fewray_denoiser {
     struct fewray_denoise_options options;
@@ -37,6 +43,20 @@ struct fewray_channels fewray_planar(float *const planes[3], int width) {
     return (struct fewray_channels){{planes[0], planes[1], planes[2]}, 1, width};
 }
 
+static int load_weights(const struct fewray_denoise_options *options, struct nn_weights **weights,
+                        struct fewray_error *error) {
+    if (options->weights_path)
+        return nn_weights_read(options->weights_path, weights, error);
+    if (options->model == FEWRAY_DENOISE_DEFAULT)
+        return nn_weights_parse(kpn_weights, kpn_weights_size(), "the built-in denoiser weights",
+                                weights, error);
+    if (options->model == FEWRAY_DENOISE_FAST)
+        return nn_weights_parse(kpn_fast_weights, kpn_fast_weights_size(),
+                                "the built-in fast denoiser weights", weights, error);
+    return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0, "the denoiser has no model %d",
+                       (int)options->model);
+}
+
 int fewray_denoiser_create(const struct fewray_denoise_options *options,
                            struct fewray_denoiser **out, struct fewray_error *error) {
     *out = NULL;
@@ -52,11 +72,8 @@ int fewray_denoiser_create(const struct fewray_denoise_options *options,
         status = fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
                              "unknown instruction set '%s': use auto, plain, avx2 or avx512",
                              options->isa);
-    else if (options->weights_path)
-        status = nn_weights_read(options->weights_path, &weights, error);
     else
-        status = nn_weights_parse(kpn_weights, kpn_weights_size(), "the built-in denoiser weights",
-                                  &weights, error);
+        status = load_weights(options, &weights, error);
     if (status == FEWRAY_OK)
         status = kpn_create(weights, nn_kernels_get(isa), &denoiser->kpn, error);
     nn_weights_destroy(&weights);
@@ -75,12 +92,11 @@ void fewray_denoiser_destroy(struct fewray_denoiser **denoiser) {
     *denoiser = NULL;
 }
 
-/* --- tiles */
+/* --- columns and regions */
 
-struct tiling {
-    int columns, rows;      /* of tiles */
-    int core_w, core_h;     /* multiples of KPN_ALIGN */
-    int region_w, region_h; /* the largest region */
+/* The picture is cut into columns alone: the network's memory hardly grows with the height. */
+struct columns {
+    int count, width; /* width: a multiple of KPN_ALIGN, without overlap */
     size_t bytes;
 };
 
@@ -88,36 +104,30 @@ static int round_up(int v) {
     return (v + KPN_ALIGN - 1) / KPN_ALIGN * KPN_ALIGN;
 }
 
-static int region_side(int core, int tiles, int side) {
-    int overlaps = tiles == 1 ? 0 : (tiles == 2 ? 1 : 2);
+static int region_side(int core, int count, int side) {
+    int overlaps = count == 1 ? 0 : (count == 2 ? 1 : 2);
     int region = core + overlaps * KPN_OVERLAP;
     return region < round_up(side) ? region : round_up(side);
 }
 
-/* The fewest tiles that fit into max_memory: the longer side of the core is cut until they do. */
-static int tile(int height, int width, int threads, size_t max_memory, struct tiling *t,
-                struct fewray_error *error) {
-    t->columns = t->rows = 1;
-    for (;;) {
-        t->core_w = round_up((width + t->columns - 1) / t->columns);
-        t->core_h = round_up((height + t->rows - 1) / t->rows);
-        t->region_w = region_side(t->core_w, t->columns, width);
-        t->region_h = region_side(t->core_h, t->rows, height);
-        t->bytes = kpn_memory(t->region_h, t->region_w, threads);
-        if (t->bytes <= max_memory)
+/* The fewest columns whose buffers fit into max_memory. */
+static int cut(const struct kpn *kpn, const struct fewray_denoise_input *in, int threads,
+               size_t max_memory, struct columns *columns, struct fewray_error *error) {
+    const int height = in->height, width = in->width, slots = kpn_layers_slots(in);
+    for (columns->count = 1;; columns->count++) {
+        columns->width = round_up((width + columns->count - 1) / columns->count);
+        int region = region_side(columns->width, columns->count, width);
+        columns->bytes = kpn_memory(kpn, slots, round_up(height), region, threads,
+                                    max_memory < BAND_MEMORY ? max_memory : BAND_MEMORY);
+        if (columns->bytes <= max_memory)
             break;
-        if (t->core_w <= MIN_CORE && t->core_h <= MIN_CORE)
+        if (columns->width <= MIN_CORE)
             return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
                                "the denoiser can't work within %zu MiB: give it at least %zu MiB",
-                               max_memory >> 20, (t->bytes >> 20) + 1);
-        if (t->core_w >= t->core_h)
-            t->columns++;
-        else
-            t->rows++;
+                               max_memory >> 20, (columns->bytes >> 20) + 1);
     }
-    /* Rounding up the core may have made the last tiles empty. */
-    t->columns = (width + t->core_w - 1) / t->core_w;
-    t->rows = (height + t->core_h - 1) / t->core_h;
+    /* Rounding up the width may have made the last columns empty. */
+    columns->count = (width + columns->width - 1) / columns->width;
     return FEWRAY_OK;
 }
 
@@ -127,37 +137,82 @@ static void span(int core_begin, int core_size, int side, int *begin, int *size)
     *size = (end < round_up(side) ? end : round_up(side)) - *begin;
 }
 
-/* Turns a tile's progress into the picture's. */
+/* Grows *left and *right to the blocks that are filtered of a row of blocks, begin <= column < end;
+ * false where none is. */
+static bool widen(const struct kpn_blocks *blocks, int row, int begin, int end, int *left,
+                  int *right) {
+    bool any = false;
+    for (int column = begin; column < end; column++)
+        if (kpn_block_at(blocks, row, column) == KPN_BLOCK_FILTER) {
+            *left = column < *left ? column : *left;
+            *right = column + 1 > *right ? column + 1 : *right;
+            any = true;
+        }
+    return any;
+}
+
+/* The next part of pixel columns begin <= x < end that has blocks to filter, from row *row of
+ * blocks on; false where there is none. Gaps that two overlaps would fill don't part it. */
+static bool next_core(const struct kpn_blocks *blocks, int begin, int end, int *row,
+                      struct kpn_region *core) {
+    int first = -1, last = -1, left = blocks->columns, right = 0;
+    for (; *row < blocks->rows; ++*row) {
+        if (first >= 0 && (*row - last - 1) * KPN_BLOCK > 2 * KPN_OVERLAP)
+            break;
+        if (widen(blocks, *row, begin / KPN_BLOCK, (end - 1) / KPN_BLOCK + 1, &left, &right)) {
+            first = first < 0 ? *row : first;
+            last = *row;
+        }
+    }
+    if (first < 0)
+        return false;
+    left = left * KPN_BLOCK > begin ? left * KPN_BLOCK : begin;
+    right = right * KPN_BLOCK < end ? right * KPN_BLOCK : end;
+    *core =
+        (struct kpn_region){left, first * KPN_BLOCK, right - left, (last + 1 - first) * KPN_BLOCK};
+    return true;
+}
+
+/* Turns a region's progress into the picture's. */
 struct progress {
     const struct fewray_denoise_options *options;
-    int tile, tiles;
+    double begin, share;
 };
 
 static void report(void *user, double fraction) {
     const struct progress *p = user;
-    p->options->progress(p->options->progress_user, (p->tile + fraction) / p->tiles);
+    p->options->progress(p->options->progress_user, p->begin + p->share * fraction);
 }
 
-static int run_tiles(const struct fewray_denoiser *denoiser, const struct tiling *t,
-                     struct kpn_job job, struct fewray_denoise_stats *stats,
-                     struct fewray_error *error) {
-    struct progress progress = {&denoiser->options, 0, t->columns * t->rows};
+static int run_column(const struct fewray_denoiser *denoiser, int begin, int end,
+                      struct kpn_job *job, struct progress *progress, int *regions,
+                      struct fewray_error *error) {
+    const struct fewray_denoise_input *in = job->in;
+    const double start = progress->begin, share = (double)(end - begin) / in->width;
+    int status = FEWRAY_OK;
+    for (int row = 0; !status && next_core(job->blocks, begin, end, &row, &job->core); ++*regions) {
+        span(job->core.x0, job->core.width, in->width, &job->region.x0, &job->region.width);
+        span(job->core.y0, job->core.height, in->height, &job->region.y0, &job->region.height);
+        progress->share = share * fmin((double)job->core.height / in->height, 1.0);
+        progress->begin = start + share * job->core.y0 / in->height;
+        status = kpn_run(denoiser->kpn, job, error);
+    }
+    progress->begin = start + share;
+    return status;
+}
+
+static int run_columns(const struct fewray_denoiser *denoiser, const struct columns *columns,
+                       struct kpn_job job, int *regions, struct fewray_error *error) {
+    struct progress progress = {&denoiser->options, 0, 0};
     job.progress = denoiser->options.progress ? report : NULL;
     job.progress_user = &progress;
-    for (int row = 0; row < t->rows; row++)
-        for (int column = 0; column < t->columns; column++, progress.tile++) {
-            struct kpn_region *core = &job.core, *region = &job.region;
-            *core = (struct kpn_region){column * t->core_w, row * t->core_h, t->core_w, t->core_h};
-            span(core->x0, core->width, job.in->width, &region->x0, &region->width);
-            span(core->y0, core->height, job.in->height, &region->y0, &region->height);
-            bool filtered;
-            int status = kpn_run(denoiser->kpn, &job, &filtered, error);
-            if (status != FEWRAY_OK)
-                return status;
-            stats->tiles++;
-            stats->tiles_denoised += filtered;
-        }
-    return FEWRAY_OK;
+    int status = FEWRAY_OK;
+    for (int i = 0; i < columns->count && !status; i++) {
+        int begin = i * columns->width, end = begin + columns->width;
+        status = run_column(denoiser, begin, end < job.in->width ? end : job.in->width, &job,
+                            &progress, regions, error);
+    }
+    return status;
 }
 
 static double now(void) {
@@ -183,93 +238,84 @@ static int check(const struct fewray_denoise_input *in, struct fewray_error *err
                                "the denoiser needs all three channels of %s",
                                i == 0 ? "color" : "a layer");
     }
-    return FEWRAY_OK;
+    return kpn_layers_check(in, error);
 }
 
-int fewray_denoiser_run(struct fewray_denoiser *denoiser, const struct fewray_denoise_input *in,
-                        float *out_rgb, struct fewray_denoise_stats *stats,
-                        struct fewray_error *error) {
+int denoiser_run_to(struct fewray_denoiser *denoiser, const struct fewray_denoise_input *in,
+                    const struct kpn_output *out, struct fewray_denoise_stats *stats,
+                    struct fewray_error *error) {
+    const struct fewray_denoise_options *options = &denoiser->options;
     double start = now();
-    struct fewray_denoise_stats local = {0};
-    struct tiling tiling;
+    int threads = denoiser->threads, regions = 0;
+    struct columns columns;
     struct kpn_scale scale;
+    struct kpn_blocks blocks = {0};
     void *memory = NULL;
-    size_t max_memory =
-        denoiser->options.max_memory ? denoiser->options.max_memory : DEFAULT_MEMORY;
+    float *layers = NULL;
+    struct fewray_denoise_input split;
     int status = check(in, error);
     if (status == FEWRAY_OK)
-        status = tile(in->height, in->width, denoiser->threads, max_memory, &tiling, error);
+        status = cut(denoiser->kpn, in, threads,
+                     options->max_memory ? options->max_memory : DEFAULT_MEMORY, &columns, error);
     if (status == FEWRAY_OK)
-        status = kpn_measure(in, denoiser->threads, &scale, error);
+        status = kpn_measure(in, threads, &scale, error);
     if (status != FEWRAY_OK)
         goto done;
-    memory = aligned_alloc(64, tiling.bytes);
+    if (in->albedo.channel[0] && !in->shaded_albedo.channel[0] && !in->emission.channel[0]) {
+        const size_t values = (size_t)in->width * (size_t)in->height * 3;
+        layers = malloc(2 * values * sizeof *layers);
+        if (!layers) {
+            status = fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
+                                 "no memory to look for emitters in the picture");
+            goto done;
+        }
+        emitters_find(in, &scale, threads, layers, layers + values);
+        split = *in;
+        split.albedo = fewray_interleaved(layers, in->width);
+        split.emission = fewray_interleaved(layers + values, in->width);
+        in = &split;
+    }
+    status = kpn_blocks_find(
+        in, &scale, options->settled_error != 0.0f ? options->settled_error : SETTLED_ERROR,
+        threads, &blocks, error);
+    if (status != FEWRAY_OK)
+        goto done;
+    memory = aligned_alloc(64, columns.bytes);
     if (!memory) {
-        status = fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
-                             "no memory for the denoiser's %zu MiB of buffers", tiling.bytes >> 20);
+        status =
+            fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
+                        "no memory for the denoiser's %zu MiB of buffers", columns.bytes >> 20);
         goto done;
     }
     struct kpn_job job = {.in = in,
                           .scale = &scale,
                           .memory = memory,
-                          .threads = denoiser->threads,
-                          .out_rgb = out_rgb,
-                          .cancel = denoiser->options.cancel};
-    status = run_tiles(denoiser, &tiling, job, &local, error);
-    local.buffer_bytes = tiling.bytes;
-    local.seconds = now() - start;
-    if (stats && status == FEWRAY_OK)
-        *stats = local;
+                          .memory_bytes = columns.bytes,
+                          .threads = threads,
+                          .out = out,
+                          .blocks = &blocks,
+                          .cancel = options->cancel};
+    status = run_columns(denoiser, &columns, job, &regions, error);
+    if (status != FEWRAY_OK)
+        goto done;
+    kpn_blocks_write(in, &blocks, out, threads);
+    if (stats)
+        *stats = (struct fewray_denoise_stats){.tiles = blocks.columns * blocks.rows,
+                                               .tiles_denoised = blocks.filtered,
+                                               .regions = regions,
+                                               .seconds = now() - start,
+                                               .buffer_bytes = columns.bytes};
 done:
+    kpn_blocks_clear(&blocks);
     free(memory);
+    free(layers);
     return status;
 }
 
-/* --- frames */
-
-static struct fewray_channels frame_layer(const struct fewray_frame *frame,
-                                          enum fewray_layer layer) {
-    float *planes[3] = {NULL, NULL, NULL};
-    if (!fewray_frame_layer(frame, layer, planes))
-        return (struct fewray_channels){0};
-    if (layer == FEWRAY_DEPTH)
-        planes[1] = planes[2] = NULL;
-    return fewray_planar(planes, frame->width);
-}
-
-int fewray_denoise_frame(struct fewray_denoiser *denoiser, struct fewray_frame *frame,
-                         struct fewray_denoise_stats *stats, struct fewray_error *error) {
-    struct fewray_denoise_input in = {
-        .width = frame->width,
-        .height = frame->height,
-        .color = frame_layer(frame, FEWRAY_COLOR),
-        .variance = frame_layer(frame, FEWRAY_VARIANCE),
-        .albedo = frame_layer(frame, FEWRAY_ALBEDO),
-        .shaded_albedo = frame_layer(frame, FEWRAY_SHADED_ALBEDO),
-        .normal = frame_layer(frame, FEWRAY_NORMAL),
-        .emission = frame_layer(frame, FEWRAY_EMISSION),
-        .depth = frame_layer(frame, FEWRAY_DEPTH),
-        .irradiance = frame_layer(frame, FEWRAY_IRRADIANCE),
-        .confidence = frame_layer(frame, FEWRAY_IRRADIANCE_CONFIDENCE),
-    };
-    size_t pixels = (size_t)frame->width * (size_t)frame->height;
-    if (!in.color.channel[0])
-        return fewray_fail(error, FEWRAY_ERROR_FORMAT, NULL, 0,
-                           "the picture has no R, G, B to denoise");
-    float *out = malloc(pixels * 3 * sizeof *out);
-    float *color[3], *noisy[3];
-    if (!out || !fewray_frame_add_layer(frame, FEWRAY_NOISY, noisy)) {
-        free(out);
-        return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
-                           "no memory for the denoised picture");
-    }
-    int status = fewray_denoiser_run(denoiser, &in, out, stats, error);
-    if (status == FEWRAY_OK && fewray_frame_layer(frame, FEWRAY_COLOR, color))
-        for (int c = 0; c < 3; c++)
-            for (size_t i = 0; i < pixels; i++) {
-                noisy[c][i] = color[c][i];
-                color[c][i] = out[3 * i + (size_t)c];
-            }
-    free(out);
-    return status;
+int fewray_denoiser_run(struct fewray_denoiser *denoiser, const struct fewray_denoise_input *in,
+                        float *out_rgb, struct fewray_denoise_stats *stats,
+                        struct fewray_error *error) {
+    const struct kpn_output out = {
+        {out_rgb, out_rgb + 1, out_rgb + 2}, 3, (ptrdiff_t)in->width * 3};
+    return denoiser_run_to(denoiser, in, &out, stats, error);
 }

@@ -20,13 +20,23 @@
 extern "C" {
 #endif
 
+/* The networks that are built into the library. */
+enum fewray_denoise_model {
+    FEWRAY_DENOISE_DEFAULT,
+    FEWRAY_DENOISE_FAST /* a third of the arithmetic, less exact */
+};
+
 struct fewray_denoise_options {
-    int threads;              /* 0 = all cores */
-    const char *weights_path; /* NULL: the weights built into the library */
+    int threads;                     /* 0 = all cores */
+    enum fewray_denoise_model model; /* ignored where weights_path is given */
+    const char *weights_path; /* NULL: those built into the library; any number of channels */
     const char
         *isa; /* NULL or "auto", "plain", "avx2", "avx512": the highest instruction set to use */
-    size_t max_memory; /* bytes for the network's buffers; larger pictures go tile by tile; 0 = 1
-                          GiB */
+    size_t max_memory; /* bytes for the network's buffers; wider pictures go column by column; 0 =
+                          256 MiB */
+    /* Tiles in which the standard error of every pixel, by the variance layer, is at most this part
+     * of its radiance are copied as they are; 0 = 0.001, negative: none are. */
+    float settled_error;
     void (*progress)(void *user, double fraction); /* NULL; called from one thread */
     void *progress_user;
     const volatile int *cancel; /* NULL; non-zero stops the work with FEWRAY_ERROR_CANCELLED */
@@ -44,6 +54,8 @@ FEWRAY_API struct fewray_channels fewray_interleaved(const float *rgb, int width
 /* Three (height, width) planes. */
 FEWRAY_API struct fewray_channels fewray_planar(float *const planes[3], int width);
 
+struct fewray_denoise_layer;
+
 /* Everything but color may be missing. Values must be finite and color, variance, albedo, depth and
  * emission not negative: fewray_frame_repair() sees to that. */
 struct fewray_denoise_input {
@@ -60,11 +72,34 @@ struct fewray_denoise_input {
     struct fewray_channels irradiance; /* over pi: another estimate of the irradiance, a guide's */
     struct fewray_channels
         confidence; /* in it, 0..1; channel[0] alone; missing: irradiance isn't used */
+    const struct fewray_denoise_layer *layers; /* more to filter alike; they change no weight */
+    int layer_count;
+};
+
+/* Where the unfiltered emission of the input belongs. */
+enum fewray_emission_part {
+    FEWRAY_EMISSION_ELSEWHERE, /* not in this layer */
+    FEWRAY_EMISSION_INSIDE,    /* all of it is in this layer, as in direct light */
+    FEWRAY_EMISSION_SHARED /* in every layer by its share of the colour: where nobody knows, also
+                              what the denoiser itself takes for emission */
+};
+
+/* Another layer of the picture, filtered by the very weights that the beauty is filtered by: layers
+ * of which the colour is the sum still add up to it. */
+struct fewray_denoise_layer {
+    struct fewray_channels in; /* radiance that is part of color, finite and not negative; or
+                                  coverage: channel[0] alone, 0..1 */
+    bool coverage; /* filtered as it is, without albedo and emission, and kept in 0..1 */
+    enum fewray_emission_part emission; /* of radiance */
+    /* Where it goes: as struct fewray_channels has it; may not overlap the input. */
+    float *out[3];
+    ptrdiff_t out_pixel_stride, out_row_stride;
 };
 
 struct fewray_denoise_stats {
-    int tiles, tiles_denoised; /* tiles_denoised is less where tiles had nothing to filter
-                                  (background, black) */
+    int tiles, tiles_denoised; /* of 64x64 pixels; tiles_denoised is less where tiles had nothing to
+                                  filter (background, black, no noise) */
+    int regions;               /* parts of the picture that the network saw one after another */
     double seconds;            /* wall time */
     size_t buffer_bytes;       /* peak of the network's buffers */
 };
@@ -83,9 +118,18 @@ FEWRAY_API int fewray_denoiser_run(struct fewray_denoiser *denoiser,
                                    struct fewray_denoise_stats *stats, struct fewray_error *error);
 FEWRAY_API void fewray_denoiser_destroy(struct fewray_denoiser **denoiser);
 
-/* Denoises the R, G, B of a frame by its known layers, keeping the old values as noisy.R/G/B. */
+/* Denoises the R, G, B of a frame by its known layers, keeping the old values as noisy.R/G/B; and
+ * its A, where that isn't 1 everywhere, keeping noisy.A. */
 FEWRAY_API int fewray_denoise_frame(struct fewray_denoiser *denoiser, struct fewray_frame *frame,
                                     struct fewray_denoise_stats *stats, struct fewray_error *error);
+/* The same, and the layers of these names with the same weights, keeping noisy.NAME.R/G/B. A name
+ * means NAME.R, NAME.G, NAME.B, radiance that is part of the colour. The frame's emission is in the
+ * layer "direct" and in those called "NAME:emission"; without an emission layer, in all by their
+ * shares. A single channel of the name is coverage, 0..1. */
+FEWRAY_API int fewray_denoise_frame_layers(struct fewray_denoiser *denoiser,
+                                           struct fewray_frame *frame, const char *const *names,
+                                           int name_count, struct fewray_denoise_stats *stats,
+                                           struct fewray_error *error);
 
 #ifdef __cplusplus
 }

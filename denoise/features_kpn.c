@@ -9,24 +9,26 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "denoise/clones.h"
+
 #define RADIANCE_MAX 1e12f
 #define COMPRESS_MAX 1e6f /* times the median; brighter pixels all look the same to the network */
 
 /* NaN and negative values become 0. */
-static inline float clean(float v) {
+CLONED_INLINE float clean(float v) {
     return v > 0.0f ? (v < RADIANCE_MAX ? v : RADIANCE_MAX) : 0.0f;
 }
 
-static inline float divisor(float albedo) {
+CLONED_INLINE float divisor(float albedo) {
     return albedo > KPN_ALBEDO_MIN ? (albedo < 1e3f ? albedo : 1e3f) : KPN_ALBEDO_MIN;
 }
 
-static inline float luminance(float r, float g, float b) {
+CLONED_INLINE float luminance(float r, float g, float b) {
     return 0.2126f * r + 0.7152f * g + 0.0722f * b;
 }
 
 /* log2 of a positive normal number, error below 2e-5; unlike libm's it vectorises. */
-static inline float log2_fast(float x) {
+CLONED_INLINE float log2_fast(float x) {
     union {
         float f;
         uint32_t u;
@@ -44,14 +46,14 @@ static inline float log2_fast(float x) {
 }
 
 /* 0 to about 6: 0.8 at 1, a quarter more for each doubling far above. */
-static inline float compress(float v) {
+CLONED_INLINE float compress(float v) {
     return 0.25f * log2_fast(1.0f + 8.0f * (v < COMPRESS_MAX ? v : COMPRESS_MAX));
 }
 
 /* Copies channel c of a row to out, repeating the last pixel beyond the picture; missing layers
  * give `missing`. */
-static void gather(const struct fewray_channels *layer, int c, int width, int y, int x0, int count,
-                   float missing, float *out) {
+CLONED_INLINE void gather(const struct fewray_channels *layer, int c, int width, int y, int x0,
+                          int count, float missing, float *out) {
     if (!layer->channel[c]) {
         for (int i = 0; i < count; i++)
             out[i] = missing;
@@ -61,20 +63,23 @@ static void gather(const struct fewray_channels *layer, int c, int width, int y,
     int inside = width - x0 < count ? width - x0 : count;
     if (inside < 0)
         inside = 0;
-    for (int i = 0; i < inside; i++)
-        out[i] = row[(ptrdiff_t)(x0 + i) * layer->pixel_stride];
+    if (layer->pixel_stride == 1)
+        memcpy(out, row + x0, (size_t)inside * sizeof *out);
+    else
+        for (int i = 0; i < inside; i++)
+            out[i] = row[(ptrdiff_t)(x0 + i) * layer->pixel_stride];
     for (int i = inside; i < count; i++)
         out[i] = row[(ptrdiff_t)(width - 1) * layer->pixel_stride];
 }
 
 /* The albedo by which the colour is divided. */
-static const struct fewray_channels *shaded_albedo(const struct fewray_denoise_input *in) {
+CLONED_INLINE const struct fewray_channels *shaded_albedo(const struct fewray_denoise_input *in) {
     return in->shaded_albedo.channel[0] ? &in->shaded_albedo : &in->albedo;
 }
 
 /* irradiance (3, count); albedo and emission get one channel's row each, for scratch. */
-static void irradiance_row(const struct fewray_denoise_input *in, int y, int x0, int count,
-                           float *albedo, float *emission, float *irradiance) {
+CLONED_INLINE void irradiance_row(const struct fewray_denoise_input *in, int y, int x0, int count,
+                                  float *albedo, float *emission, float *irradiance) {
     for (int c = 0; c < 3; c++) {
         float *e = irradiance + (size_t)c * (size_t)count;
         gather(&in->color, c, in->width, y, x0, count, 0.0f, e);
@@ -96,7 +101,7 @@ struct histograms {
     bool has_variance;
 };
 
-static int bin_of(float v) {
+CLONED_INLINE int bin_of(float v) {
     float position = (log2_fast(v) - (float)BIN_MIN) * BINS_PER_OCTAVE;
     return position < 0 ? 0 : (position >= BIN_COUNT ? BIN_COUNT - 1 : (int)position);
 }
@@ -116,8 +121,8 @@ static float log2_median(const uint32_t *bins) {
 }
 
 /* Rows y0 to y0 + 3. rows: 6 * width floats. */
-static void count_blocks(const struct fewray_denoise_input *in, int y0, float *rows,
-                         struct histograms *h) {
+CLONED static void count_blocks(const struct fewray_denoise_input *in, int y0, float *rows,
+                                struct histograms *h) {
     int width = in->width;
     size_t w = (size_t)width;
     float *sum = rows, *irradiance = rows + w, *albedo = rows + 4 * w, *row = rows + 5 * w;
@@ -189,8 +194,8 @@ done:
 
 /* Luminance of irradiance of row y, pixels x0 - 1 to x0 + count, clamped to the picture; rows: 5 *
  * count + 10 floats */
-static void luminance_row(const struct fewray_denoise_input *in, int y, int x0, int count,
-                          float *rows, float *out) {
+CLONED_INLINE void luminance_row(const struct fewray_denoise_input *in, int y, int x0, int count,
+                                 float *rows, float *out) {
     y = y < 0 ? 0 : (y < in->height ? y : in->height - 1);
     int left = x0 > 0 ? x0 - 1 : 0, n = count + 1 + x0 - left;
     irradiance_row(in, y, left, n, rows + 3 * n, rows + 4 * n, rows);
@@ -203,8 +208,8 @@ static void luminance_row(const struct fewray_denoise_input *in, int y, int x0, 
 
 /* Where variance is missing, the deviation from the mean of 3x3 pixels stands in for the standard
  * error. */
-static void spatial_deviation_row(const struct fewray_denoise_input *in, int y, int x0, int count,
-                                  float *scratch, float *deviation) {
+CLONED_INLINE void spatial_deviation_row(const struct fewray_denoise_input *in, int y, int x0,
+                                         int count, float *scratch, float *deviation) {
     int pitch = count + 2;
     float *line = scratch;
     for (int dy = 0; dy < 3; dy++)
@@ -226,8 +231,8 @@ static void spatial_deviation_row(const struct fewray_denoise_input *in, int y, 
 
 /* Standard error of the irradiance's luminance; the channels of a path are taken as fully
  * correlated. */
-static void standard_error_row(const struct fewray_denoise_input *in, int y, int x0, int count,
-                               float *scratch, float *out) {
+CLONED_INLINE void standard_error_row(const struct fewray_denoise_input *in, int y, int x0,
+                                      int count, float *scratch, float *out) {
     static const float weight[3] = {0.2126f, 0.7152f, 0.0722f};
     float *variance = scratch, *albedo = scratch + count;
     memset(out, 0, sizeof(float) * (size_t)count);
@@ -239,13 +244,13 @@ static void standard_error_row(const struct fewray_denoise_input *in, int y, int
     }
 }
 
-static inline float limit(float v, float bound) {
+CLONED_INLINE float limit(float v, float bound) {
     return v > -bound ? (v < bound ? v : bound) : (v < 0.0f ? -bound : 0.0f);
 }
 
 /* The guide's irradiance and its confidence; rows (4, count). */
-static void guide_rows(const struct fewray_denoise_input *in, float exposure, int y, int x0,
-                       int count, float *rows) {
+CLONED_INLINE void guide_rows(const struct fewray_denoise_input *in, float exposure, int y, int x0,
+                              int count, float *rows) {
     size_t n = (size_t)count;
     memset(rows, 0, 4 * n * sizeof *rows);
     if (!in->irradiance.channel[0] || !in->confidence.channel[0])
@@ -262,8 +267,9 @@ static void guide_rows(const struct fewray_denoise_input *in, float exposure, in
     }
 }
 
-void kpn_feature_row(const struct fewray_denoise_input *in, const struct kpn_scale *scale, int y,
-                     int x0, int count, float *scratch, float *irradiance, float *features) {
+CLONED void kpn_feature_row(const struct fewray_denoise_input *in, const struct kpn_scale *scale,
+                            int y, int x0, int count, float *scratch, float *irradiance,
+                            float *features) {
     y = y < in->height ? y : in->height - 1;
     x0 = x0 < in->width ? x0 : in->width - 1;
     size_t n = (size_t)count;
@@ -310,8 +316,8 @@ void kpn_feature_row(const struct fewray_denoise_input *in, const struct kpn_sca
     guide_rows(in, exposure, y, x0, count, features + 12 * n);
 }
 
-void kpn_remodulate_row(const struct fewray_denoise_input *in, int y, int x0, int count,
-                        const float *filtered, float *out_rgb) {
+CLONED void kpn_remodulate_row(const struct fewray_denoise_input *in, int y, int x0, int count,
+                               const float *filtered, float *out_rgb) {
     for (int c = 0; c < 3; c++) {
         const float *albedo = in->albedo.channel[c], *emission = in->emission.channel[c];
         if (albedo)
@@ -325,6 +331,64 @@ void kpn_remodulate_row(const struct fewray_denoise_input *in, int y, int x0, in
             if (emission)
                 value += clean(emission[i * in->emission.pixel_stride]);
             out_rgb[3 * i + c] = value;
+        }
+    }
+}
+
+/* --- other layers */
+
+/* Of a layer's value what isn't filtered. */
+static float unfiltered(enum fewray_emission_part part, float value, float color, float emission) {
+    if (part == FEWRAY_EMISSION_ELSEWHERE || !(emission > 0.0f))
+        return 0.0f;
+    if (part == FEWRAY_EMISSION_INSIDE)
+        return emission;
+    return value < color ? emission * (value / color) : value > 0.0f ? emission : 0.0f;
+}
+
+void kpn_layer_row(const struct fewray_denoise_input *in, const struct fewray_denoise_layer *layer,
+                   int y, int x0, int count, float *scratch, float *irradiance) {
+    y = y < in->height ? y : in->height - 1;
+    x0 = x0 < in->width ? x0 : in->width - 1;
+    float *color = scratch, *emission = color + count, *albedo = emission + count;
+    for (int c = 0; c < 3; c++) {
+        float *e = irradiance + (size_t)c * (size_t)count;
+        gather(&layer->in, c, in->width, y, x0, count, 0.0f, e);
+        gather(&in->color, c, in->width, y, x0, count, 0.0f, color);
+        gather(&in->emission, c, in->width, y, x0, count, 0.0f, emission);
+        gather(shaded_albedo(in), c, in->width, y, x0, count, 1.0f, albedo);
+        for (int i = 0; i < count; i++) {
+            float value = clean(e[i]);
+            float kept = unfiltered(layer->emission, value, clean(color[i]), clean(emission[i]));
+            e[i] = clean(value - kept) / divisor(albedo[i]);
+        }
+    }
+}
+
+static float at(const struct fewray_channels *layer, int c, int y, int x, float missing) {
+    return layer->channel[c] ? layer->channel[c][y * layer->row_stride + x * layer->pixel_stride]
+                             : missing;
+}
+
+void kpn_layer_put_row(const struct fewray_denoise_input *in,
+                       const struct fewray_denoise_layer *layer, int y, int x0, int count,
+                       const float *filtered) {
+    for (int c = 0; c < 3; c++) {
+        float *to = layer->out[c] + y * layer->out_row_stride + x0 * layer->out_pixel_stride;
+        for (int i = 0; i < count; i++) {
+            int x = x0 + i;
+            float value = clean(at(&layer->in, c, y, x, 0.0f));
+            float kept = unfiltered(layer->emission, value, clean(at(&in->color, c, y, x, 0.0f)),
+                                    clean(at(&in->emission, c, y, x, 0.0f)));
+            if (filtered) {
+                value = filtered[4 * i + c];
+                if (in->albedo.channel[c])
+                    value *= divisor(at(&in->albedo, c, y, x, 1.0f));
+                value += kept;
+            } else if (value < kept) {
+                value = kept;
+            }
+            to[i * layer->out_pixel_stride] = value;
         }
     }
 }

@@ -45,4 +45,14 @@ void kpn_feature_row(const struct fewray_denoise_input *in, const struct kpn_sca
 void kpn_remodulate_row(const struct fewray_denoise_input *in, int y, int x0, int count,
                         const float *filtered, float *out_rgb);
 
+/* The part of a layer that is filtered, as kpn_feature_row() has it of the colour: (3, count).
+ * scratch: 3 * count floats. */
+void kpn_layer_row(const struct fewray_denoise_input *in, const struct fewray_denoise_layer *layer,
+                   int y, int x0, int count, float *scratch, float *irradiance);
+/* Writes pixels of a layer's row, all inside the picture: filtered, (count, 4), with albedo and
+ * emission as in kpn_remodulate_row(). NULL: the layer's own values. */
+void kpn_layer_put_row(const struct fewray_denoise_input *in,
+                       const struct fewray_denoise_layer *layer, int y, int x0, int count,
+                       const float *filtered);
+
 #endif

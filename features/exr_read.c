@@ -15,8 +15,9 @@ struct complaint {
 /* Where the chunks (blocks of scanlines, or tiles) of the part lie in the frame. */
 struct chunk_grid {
     exr_const_context_t exr;
+    int part;
     const struct fewray_frame *frame;
-    float *const *planes; /* one a channel, in the file's order */
+    float *const *planes; /* one a channel, in the file's order; NULL: not wanted */
     bool tiled;
     int min_y;                     /* of the data window */
     int chunk_width, chunk_height; /* pixels; those at the right and bottom edges may be smaller */
@@ -47,19 +48,32 @@ static int fail_exr(struct fewray_error *error, const char *path, exr_result_t c
                        "damaged, cut off or not an EXR file: %s", text);
 }
 
-/* Adds a plane for each channel; planes[] has room for all. */
-static int add_channels(const exr_attr_chlist_t *channels, const char *path,
+/* The name of a plane. Of several parts each is a layer, whose channels are often called R, G, B
+ * alone: then the part's name stands for the layer's. */
+static bool plane_name(const char *part_name, const char *channel, char name[FEWRAY_NAME_MAX]) {
+    const bool layered = !part_name || !part_name[0] || strchr(channel, '.');
+    const int length = layered ? snprintf(name, FEWRAY_NAME_MAX, "%s", channel)
+                               : snprintf(name, FEWRAY_NAME_MAX, "%s.%s", part_name, channel);
+    return channel[0] && length < FEWRAY_NAME_MAX;
+}
+
+/* Adds a plane for each channel; planes[] has room for all. What an earlier part already has (the
+ * other eye's picture, say) gets no plane. */
+static int add_channels(const exr_attr_chlist_t *channels, const char *part_name, const char *path,
                         struct fewray_frame *frame, float **planes, struct fewray_error *error) {
     for (int c = 0; c < channels->num_channels; c++) {
         const exr_attr_chlist_entry_t *channel = &channels->entries[c];
-        const char *name = channel->name.str;
+        char name[FEWRAY_NAME_MAX];
         if (channel->x_sampling != 1 || channel->y_sampling != 1)
             return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
-                               "channel %s is subsampled, store it at full resolution", name);
-        if (!name[0] || strlen(name) >= FEWRAY_NAME_MAX)
+                               "channel %s is subsampled, store it at full resolution",
+                               channel->name.str);
+        if (!plane_name(part_name, channel->name.str, name))
             return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
-                               "the channel name '%.80s' is empty or longer than %d bytes", name,
-                               FEWRAY_NAME_MAX - 1);
+                               "the channel name '%.80s' is empty or longer than %d bytes",
+                               channel->name.str, FEWRAY_NAME_MAX - 1);
+        if (fewray_frame_plane(frame, name))
+            continue;
         planes[c] = fewray_frame_add(frame, name);
         if (!planes[c])
             return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0,
@@ -73,10 +87,11 @@ static exr_result_t plan_chunks(struct chunk_grid *grid) {
     const int width = grid->frame->width, height = grid->frame->height;
     exr_result_t code;
     if (grid->tiled) {
-        code = exr_get_tile_sizes(grid->exr, 0, 0, 0, &grid->chunk_width, &grid->chunk_height);
+        code = exr_get_tile_sizes(grid->exr, grid->part, 0, 0, &grid->chunk_width,
+                                  &grid->chunk_height);
     } else {
         grid->chunk_width = width;
-        code = exr_get_scanlines_per_chunk(grid->exr, 0, &grid->chunk_height);
+        code = exr_get_scanlines_per_chunk(grid->exr, grid->part, &grid->chunk_height);
     }
     if (code != EXR_ERR_SUCCESS)
         return code;
@@ -95,15 +110,15 @@ static exr_result_t read_chunk(const struct chunk_grid *grid, int column, int ro
     const int width = grid->frame->width, height = grid->frame->height;
     const bool first = decode->channels == NULL;
     exr_chunk_info_t chunk;
-    exr_result_t code = grid->tiled
-                            ? exr_read_tile_chunk_info(grid->exr, 0, column, row, 0, 0, &chunk)
-                            : exr_read_scanline_chunk_info(grid->exr, 0, grid->min_y + y, &chunk);
+    exr_result_t code =
+        grid->tiled ? exr_read_tile_chunk_info(grid->exr, grid->part, column, row, 0, 0, &chunk)
+                    : exr_read_scanline_chunk_info(grid->exr, grid->part, grid->min_y + y, &chunk);
     if (code != EXR_ERR_SUCCESS)
         return code;
     if (chunk.width < 1 || chunk.height < 1 || chunk.width > width - x || chunk.height > height - y)
         return EXR_ERR_CORRUPT_CHUNK;
-    code = first ? exr_decoding_initialize(grid->exr, 0, &chunk, decode)
-                 : exr_decoding_update(grid->exr, 0, &chunk, decode);
+    code = first ? exr_decoding_initialize(grid->exr, grid->part, &chunk, decode)
+                 : exr_decoding_update(grid->exr, grid->part, &chunk, decode);
     if (code != EXR_ERR_SUCCESS)
         return code;
     for (int c = 0; c < decode->channel_count; c++) {
@@ -112,11 +127,12 @@ static exr_result_t read_chunk(const struct chunk_grid *grid, int column, int ro
         channel->user_bytes_per_element = sizeof(float);
         channel->user_pixel_stride = sizeof(float);
         channel->user_line_stride = width * (int)sizeof(float);
-        channel->decode_to_ptr = (uint8_t *)(grid->planes[c] + (size_t)y * (size_t)width + x);
+        channel->decode_to_ptr =
+            grid->planes[c] ? (uint8_t *)(grid->planes[c] + (size_t)y * (size_t)width + x) : NULL;
     }
     if (first)
-        code = exr_decoding_choose_default_routines(grid->exr, 0, decode);
-    return code == EXR_ERR_SUCCESS ? exr_decoding_run(grid->exr, 0, decode) : code;
+        code = exr_decoding_choose_default_routines(grid->exr, grid->part, decode);
+    return code == EXR_ERR_SUCCESS ? exr_decoding_run(grid->exr, grid->part, decode) : code;
 }
 
 /* Chunks are independent of each other: each thread takes whole ones. */
@@ -162,8 +178,10 @@ static bool compression_works(exr_compression_t compression) {
     }
 }
 
-/* What the header says of the first part, checked before anything is allocated from it. */
+/* What the header says of a part, checked before anything is allocated from it. */
 struct part {
+    int index;
+    const char *name; /* NULL where the file has one part: it's no layer's name then */
     exr_storage_t storage;
     exr_attr_box2i_t window;
     const exr_attr_chlist_t *channels;
@@ -173,13 +191,13 @@ struct part {
 static int read_header(exr_const_context_t exr, const char *path, const struct complaint *complaint,
                        struct part *part, struct fewray_error *error) {
     exr_compression_t compression = EXR_COMPRESSION_NONE;
-    exr_result_t code = exr_get_storage(exr, 0, &part->storage);
+    exr_result_t code = exr_get_storage(exr, part->index, &part->storage);
     if (code == EXR_ERR_SUCCESS)
-        code = exr_get_data_window(exr, 0, &part->window);
+        code = exr_get_data_window(exr, part->index, &part->window);
     if (code == EXR_ERR_SUCCESS)
-        code = exr_get_channels(exr, 0, &part->channels);
+        code = exr_get_channels(exr, part->index, &part->channels);
     if (code == EXR_ERR_SUCCESS)
-        code = exr_get_compression(exr, 0, &compression);
+        code = exr_get_compression(exr, part->index, &compression);
     if (code != EXR_ERR_SUCCESS)
         return fail_exr(error, path, code, complaint);
     if (part->storage != EXR_STORAGE_SCANLINE && part->storage != EXR_STORAGE_TILED)
@@ -203,19 +221,21 @@ static int read_header(exr_const_context_t exr, const char *path, const struct c
     return FEWRAY_OK;
 }
 
-/* The pixels of the first part. */
+/* Adds the pixels of a part to the frame. */
 static int read_pixels(exr_const_context_t exr, const struct part *part, const char *path,
-                       const struct complaint *complaint, struct fewray_frame **out,
+                       const struct complaint *complaint, struct fewray_frame *frame,
                        struct fewray_error *error) {
+    if (frame->plane_count + (size_t)part->channels->num_channels > FEATURES_MAX_CHANNELS)
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0, "more than %d channels",
+                           FEATURES_MAX_CHANNELS);
     float **planes = calloc((size_t)part->channels->num_channels, sizeof *planes);
     if (!planes)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
-    int status = fewray_frame_create(part->width, part->height, out, error);
-    if (status == FEWRAY_OK)
-        status = add_channels(part->channels, path, *out, planes, error);
+    int status = add_channels(part->channels, part->name, path, frame, planes, error);
     if (status == FEWRAY_OK) {
         struct chunk_grid grid = {.exr = exr,
-                                  .frame = *out,
+                                  .part = part->index,
+                                  .frame = frame,
                                   .planes = planes,
                                   .tiled = part->storage == EXR_STORAGE_TILED,
                                   .min_y = part->window.min.y};
@@ -226,6 +246,40 @@ static int read_pixels(exr_const_context_t exr, const struct part *part, const c
             status = fail_exr(error, path, code, complaint);
     }
     free(planes);
+    return status;
+}
+
+static bool same_window(const struct part *a, const struct part *b) {
+    return a->window.min.x == b->window.min.x && a->window.min.y == b->window.min.y &&
+           a->width == b->width && a->height == b->height;
+}
+
+/* The first part gives the frame its size; parts of another size and those that can't be read at
+ * all, a deep one say, are no layers of the same picture. */
+static int read_parts(exr_const_context_t exr, const char *path, const struct complaint *complaint,
+                      struct fewray_frame **out, struct fewray_error *error) {
+    int count = 0, samples = 0;
+    exr_result_t code = exr_get_count(exr, &count);
+    if (code != EXR_ERR_SUCCESS)
+        return fail_exr(error, path, code, complaint);
+    struct part first = {.index = 0};
+    int status = read_header(exr, path, complaint, &first, error);
+    if (status == FEWRAY_OK)
+        status = fewray_frame_create(first.width, first.height, out, error);
+    for (int i = 0; i < count && status == FEWRAY_OK; i++) {
+        struct part part = {.index = i};
+        if (i > 0 && (read_header(exr, path, complaint, &part, NULL) != FEWRAY_OK ||
+                      !same_window(&part, &first)))
+            continue;
+        if (i == 0)
+            part = first;
+        if (count > 1 && exr_get_name(exr, i, &part.name) != EXR_ERR_SUCCESS)
+            part.name = NULL;
+        status = read_pixels(exr, &part, path, complaint, *out, error);
+    }
+    if (status == FEWRAY_OK &&
+        exr_attr_get_int(exr, 0, "samplesPerPixel", &samples) == EXR_ERR_SUCCESS && samples > 0)
+        (*out)->spp = samples;
     return status;
 }
 
@@ -242,11 +296,8 @@ int fewray_frame_read_exr(const char *path, struct fewray_frame **out, struct fe
     settings.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     exr_context_t exr = NULL;
     const exr_result_t code = exr_start_read(&exr, path, &settings);
-    struct part part;
-    status = code == EXR_ERR_SUCCESS ? read_header(exr, path, &complaint, &part, error)
+    status = code == EXR_ERR_SUCCESS ? read_parts(exr, path, &complaint, out, error)
                                      : fail_exr(error, path, code, &complaint);
-    if (status == FEWRAY_OK)
-        status = read_pixels(exr, &part, path, &complaint, out, error);
     if (exr)
         exr_finish(&exr);
     if (status != FEWRAY_OK)

@@ -56,6 +56,7 @@ struct fewray_plane {
 
 struct fewray_frame {
     int width, height; /* pixels */
+    int spp;           /* samples a pixel, where a file's header tells (samplesPerPixel); else 0 */
     size_t plane_count;
     struct fewray_plane *planes;
 };
@@ -102,10 +103,12 @@ FEWRAY_API bool fewray_frame_add_layer(struct fewray_frame *frame, enum fewray_l
 FEWRAY_API bool fewray_frame_layer(const struct fewray_frame *frame, enum fewray_layer layer,
                                    float *planes[3]);
 
-/* Reads every channel of the first part of an EXR file (scanline or tiled, half, float or uint;
- * subsampled channels and deep parts are refused; no compression, RLE, ZIPS, ZIP, PIZ or PXR24)
- * into a frame of the data window's size. Prints nothing. Truncated files are an error. *out is
- * owned by the caller. */
+/* Reads every channel of an EXR file (scanline or tiled, half, float or uint; subsampled channels
+ * and deep pictures are refused; no compression, RLE, ZIPS, ZIP, PIZ or PXR24) into a frame of the
+ * first part's data window. Of the other parts those of the same window are read, too: their
+ * channels go by the part's name, "albedo" and "R" to "albedo.R", unless they have a layer's name
+ * before a dot already; of equal names the first part's is taken. Prints nothing. Truncated files
+ * are an error. *out is owned by the caller. */
 FEWRAY_API int fewray_frame_read_exr(const char *path, struct fewray_frame **out,
                                      struct fewray_error *error);
 
@@ -122,6 +125,9 @@ FEWRAY_API int fewray_frame_write_exr(const struct fewray_frame *frame, const ch
  * variance and depth at 1e10. Returns the number of pixels with replaced values. The only place
  * where bad pixels of a file are mended. */
 FEWRAY_API size_t fewray_frame_repair(struct fewray_frame *frame);
+
+/* The same for one more plane of radiance, the size of the frame's. */
+FEWRAY_API void fewray_frame_repair_radiance(const struct fewray_frame *frame, float *data);
 
 /* --- atomic files: for whoever writes an output file that isn't an EXR (stats, PNG) */
 

@@ -166,19 +166,35 @@ static size_t finish(const struct fewray_frame *frame) {
     return repaired;
 }
 
+/* The passes over a whole plane of radiance; what is left is finish_block(). */
+static void mark_and_replace(const struct fewray_frame *frame, float *data) {
+    const struct marked_plane plane = {data, frame->width, frame->height};
+    const size_t size = (size_t)frame->width * (size_t)frame->height;
+    if (mark_impossible(data, size)) {
+        mark_outliers(&plane);
+        replace_marked(&plane);
+    }
+}
+
 size_t fewray_frame_repair(struct fewray_frame *frame) {
     for (int r = 0; r < RULES; r++) {
         int channels;
         const char *const *names = fewray_layer_channels(rules[r].layer, &channels);
         for (int c = 0; rules[r].is_radiance && c < channels; c++) {
-            const struct marked_plane plane = {fewray_frame_plane(frame, names[c]), frame->width,
-                                               frame->height};
-            const size_t size = (size_t)frame->width * (size_t)frame->height;
-            if (plane.data && mark_impossible(plane.data, size)) {
-                mark_outliers(&plane);
-                replace_marked(&plane);
-            }
+            float *data = fewray_frame_plane(frame, names[c]);
+            if (data)
+                mark_and_replace(frame, data);
         }
     }
     return finish(frame);
+}
+
+void fewray_frame_repair_radiance(const struct fewray_frame *frame, float *data) {
+    const size_t size = (size_t)frame->width * (size_t)frame->height;
+    mark_and_replace(frame, data);
+    for (size_t start = 0; start < size; start += BLOCK) {
+        const int count = (int)(size - start < BLOCK ? size - start : BLOCK);
+        unsigned char bad[BLOCK] = {0};
+        finish_block(data + start, count, true, 0, RADIANCE_MAX, bad);
+    }
 }

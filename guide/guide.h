@@ -82,6 +82,8 @@ struct fewray_render_settings {
     bool share_maps; /* four blocks of 8 x 8 pixels that show one even surface have one map */
     bool refine;     /* maps learn from the samples they draw, where there are many */
     int map_bins;    /* rows and columns of a map over the sphere: 32, 16 or 8 */
+    bool direct,
+        indirect;    /* layers of the frame: the two parts of the colour, which add up to it */
     int camera_rays; /* of a pixel at an edge of emission, where it has fewer samples; a
                         quarter at edges of albedo, normal or depth; 0 = none */
     void (*progress)(void *user, const char *phase,
@@ -178,7 +180,9 @@ FEWRAY_API int fewray_trace_edges(const struct fewray_world *world,
                                   struct fewray_error *error);
 
 /* The picture: all layers of enum fewray_layer but the denoiser's, and alpha; irradiance only with
- * maps. */
+ * maps. Where settings ask for them, direct.R/G/B, what the camera sees shine and what
+ * lights send to the first vertex, and indirect.R/G/B, light that came there by way of another
+ * surface. */
 FEWRAY_API int fewray_film_frame(const struct fewray_film *film, const struct fewray_maps *maps,
                                  struct fewray_frame **out, struct fewray_error *error);
 

@@ -22,6 +22,7 @@ static int print_metrics(const struct fewray_metrics *m, bool as_json) {
     } rows[] = {
         {"mrse", m->mrse},
         {"mrse_trimmed", m->mrse_trimmed},
+        {"mrse_top1", m->mrse_top1},
         {"mse", m->mse},
         {"mape", m->mape},
         {"l1", m->l1},
@@ -32,7 +33,7 @@ static int print_metrics(const struct fewray_metrics *m, bool as_json) {
     };
     json_t *object = json_object();
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        if (isnan(rows[i].value) && i >= 7) /* a reference without its own noise */
+        if (isnan(rows[i].value) && i >= 8) /* a reference without its own noise */
             continue;
         json_object_set_new(object, rows[i].name, json_number(rows[i].value));
         if (!as_json)

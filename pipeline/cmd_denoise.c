@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* fewray denoise: a noisy EXR, ours or another renderer's, to a clean one. */
 
+#include <stdio.h>
 #include <string.h>
 
 #include "pipeline/clock.h"
@@ -14,14 +15,17 @@
 
 enum { THREADS_MAX = 1024 };
 
-static const char *const NAMINGS[] = {"auto", "fewray", "mitsuba", "blender",
-                                      NULL}; /* as enum layer_naming */
+static const char *const NAMINGS[] = {"auto",    "fewray", "mitsuba",
+                                      "blender", "pbrt",   NULL}; /* as enum layer_naming */
+static const char *const MODELS[] = {"default", "fast", NULL};    /* as enum fewray_denoise_model */
 static const char *const ISAS[] = {"auto", "plain", "avx2", "avx512", NULL};
 
 struct denoise_options {
     struct fewray_outputs outputs;
     struct fewray_denoise_options denoise;
-    int naming, isa;
+    struct name_list aovs;
+    int naming, isa, model;
+    bool verbose;
 };
 
 static enum parse_result parse(struct denoise_options *options, int argc, char **argv,
@@ -32,6 +36,8 @@ static enum parse_result parse(struct denoise_options *options, int argc, char *
          "the picture; other channels are kept", 0, 0, NULL},
         {"layers", 0, OPTION_CHOICE, &options->naming, NULL,
          "whose channel names the file has (auto)", 0, 0, NAMINGS},
+        {"aov", 0, OPTION_NAMES, &options->aovs, "NAME[,NAME...]",
+         "layers to filter by the same weights: NAME.R/G/B or a coverage", 0, 0, NULL},
         {"stats", 0, OPTION_TEXT, &outputs->stats, "STATS.json", "seconds and counts of the run", 0,
          0, NULL},
         {"png", 0, OPTION_TEXT, &outputs->png, "OUT.png", "the picture in sRGB as well", 0, 0,
@@ -40,17 +46,25 @@ static enum parse_result parse(struct denoise_options *options, int argc, char *
          THREADS_MAX, NULL},
         {"float", 0, OPTION_FLAG, &outputs->float32, NULL,
          "32-bit floats in the EXR instead of half", 0, 0, NULL},
+        {"model", 0, OPTION_CHOICE, &options->model, NULL,
+         "network of the denoiser; fast has a third of the arithmetic (default)", 0, 0, MODELS},
         {"denoise-weights", 0, OPTION_TEXT, &options->denoise.weights_path, "FILE",
          "another network", 0, 0, NULL},
+        {"max-memory", 0, OPTION_SIZE, &options->denoise.max_memory, "SIZE",
+         "for the denoiser beside the picture, as 64M or 1G (256M)", 0, 0, NULL},
         {"isa", 0, OPTION_CHOICE, &options->isa, NULL, "highest instruction set to use", 0, 0,
          ISAS},
+        {"verbose", 'v', OPTION_FLAG, &options->verbose, NULL, "tell what was done", 0, 0, NULL},
         {0},
     };
     const struct command_line line = {
         "denoise",
         "IN.exr -o OUT.exr [options]",
         "Filters R, G, B by the albedo, normals, depth and variance that the file has; "
-        "what R, G, B were is\nkept as noisy.R, noisy.G, noisy.B.",
+        "what R, G, B were is\nkept as noisy.R, noisy.G, noisy.B. Likewise A, unless it is 1 "
+        "everywhere, and the layers\nof --aov: what added up to R, G, B still does. The unfiltered "
+        "emission is taken to be in\nthe layer `direct` or in one that is called NAME:emission; in "
+        "all by their shares where\nthe file has no emission.",
         specs,
         1,
         1};
@@ -61,44 +75,86 @@ static void denoise_progress(void *user, double fraction) {
     progress_update(user, "denoise", fraction);
 }
 
-/* A file that was denoised before is denoised again from its noisy layer, which the denoiser's
- * input is. */
-static void undo_denoising(struct fewray_frame *frame) {
-    float *color[3], *noisy[3];
-    if (!fewray_frame_layer(frame, FEWRAY_COLOR, color) ||
-        !fewray_frame_layer(frame, FEWRAY_NOISY, noisy))
-        return;
-    for (int c = 0; c < 3; c++)
-        memcpy(color[c], noisy[c], sizeof(float) * (size_t)frame->width * (size_t)frame->height);
+static void tell_run(const struct fewray_run_stats *stats) {
+    fprintf(
+        stderr,
+        "%dx%d, %d threads: load %.2f s, denoise %.2f s, write %.2f s; %d of %d tiles needed no "
+        "filter\n",
+        stats->width, stats->height, stats->threads, stats->load_s, stats->denoise_s,
+        stats->write_s, stats->tiles - stats->tiles_denoised, stats->tiles);
+}
+
+/* Whether a channel belongs to a layer of the list, "NAME" or "NAME:emission". */
+static bool is_named(const struct name_list *aovs, const char *channel) {
+    for (int k = 0; k < aovs->count; k++) {
+        const size_t length = strcspn(aovs->names[k], ":");
+        if (!strncmp(aovs->names[k], channel, length) &&
+            (channel[length] == '.' || channel[length] == 0))
+            return true;
+    }
+    return false;
+}
+
+/* What was denoised before is denoised again from its noisy layers, which the denoiser's input is.
+ */
+static void undo_denoising(struct fewray_frame *frame, const struct name_list *aovs) {
+    for (size_t i = 0; i < frame->plane_count; i++) {
+        const char *name = frame->planes[i].name;
+        if (strncmp(name, "noisy.", 6))
+            continue;
+        name += 6;
+        const bool wanted = (*name && strchr("RGBA", *name) && !name[1]) || is_named(aovs, name);
+        float *denoised = wanted ? fewray_frame_plane(frame, name) : NULL;
+        if (denoised)
+            memcpy(denoised, frame->planes[i].data,
+                   sizeof(float) * (size_t)frame->width * (size_t)frame->height);
+    }
+}
+
+/* Bad pixels of the layers that the denoiser is to filter, as in the colour. */
+static void repair_aovs(const struct fewray_frame *frame, const struct name_list *aovs) {
+    for (int k = 0; k < aovs->count; k++)
+        for (int c = 0; c < 3; c++) {
+            char channel[sizeof *aovs->names + 2];
+            const int length = (int)strcspn(aovs->names[k], ":");
+            snprintf(channel, sizeof channel, "%.*s.%c", length, aovs->names[k], "RGB"[c]);
+            float *data = fewray_frame_plane(frame, channel);
+            if (data)
+                fewray_frame_repair_radiance(frame, data);
+        }
 }
 
 static int denoise_file(const struct denoise_options *options, const char *path,
-                        struct fewray_error *error) {
-    struct fewray_run_stats stats = {.threads = options->denoise.threads, .spp = 0};
+                        struct fewray_run_stats *stats, struct fewray_error *error) {
     struct fewray_denoise_stats work = {0};
     struct fewray_frame *frame = NULL;
     struct fewray_denoiser *denoiser = NULL;
     const double start = clock_seconds();
     double lap = start;
     int status;
+    const char *names[NAME_LIST_MAX];
+    for (int k = 0; k < options->aovs.count; k++)
+        names[k] = options->aovs.names[k];
 
     if ((status = outputs_check(&options->outputs, error)) ||
         (status = read_picture(path, options->naming, &frame, error)))
         goto done;
-    undo_denoising(frame);
-    stats.repaired = fewray_frame_repair(frame);
-    stats.width = frame->width;
-    stats.height = frame->height;
-    stats.load_s = clock_lap(&lap);
+    undo_denoising(frame, &options->aovs);
+    stats->repaired = fewray_frame_repair(frame);
+    repair_aovs(frame, &options->aovs);
+    stats->width = frame->width;
+    stats->height = frame->height;
+    stats->load_s = clock_lap(&lap);
 
     if ((status = fewray_denoiser_create(&options->denoise, &denoiser, error)) ||
-        (status = fewray_denoise_frame(denoiser, frame, &work, error)))
+        (status = fewray_denoise_frame_layers(denoiser, frame, names, options->aovs.count, &work,
+                                              error)))
         goto done;
-    stats.tiles = work.tiles;
-    stats.tiles_denoised = work.tiles_denoised;
-    stats.denoise_s = clock_lap(&lap);
+    stats->tiles = work.tiles;
+    stats->tiles_denoised = work.tiles_denoised;
+    stats->denoise_s = clock_lap(&lap);
 
-    status = outputs_write(&options->outputs, frame, &stats, start, error);
+    status = outputs_write(&options->outputs, frame, stats, start, error);
 done:
     if (status == FEWRAY_ERROR_CANCELLED)
         fewray_fail(error, FEWRAY_ERROR_CANCELLED, path, 0, "interrupted; nothing is written");
@@ -123,11 +179,17 @@ int cmd_denoise(int argc, char **argv) {
     progress_start(&progress);
     options.denoise.threads = stats_threads(options.denoise.threads);
     options.denoise.isa = ISAS[options.isa];
+    options.denoise.model = (enum fewray_denoise_model)options.model;
     options.denoise.progress = denoise_progress;
     options.denoise.progress_user = &progress;
     options.denoise.cancel = interrupt_watch();
+    struct fewray_run_stats stats = {.threads = options.denoise.threads};
     struct fewray_error error;
-    const int status = denoise_file(&options, argv[first_file], &error);
+    const int status = denoise_file(&options, argv[first_file], &stats, &error);
     progress_end(&progress);
-    return status ? report_failure(&error) : EXIT_DONE;
+    if (status)
+        return report_failure(&error);
+    if (options.verbose)
+        tell_run(&stats);
+    return EXIT_DONE;
 }

@@ -7,6 +7,7 @@
 #include <strings.h>
 
 #include "pipeline/command.h"
+#include "pipeline/layer_names.h"
 #include "pipeline/options.h"
 #include "pipeline/pipeline.h"
 
@@ -42,12 +43,14 @@ static void print_channel(const struct fewray_plane *plane, size_t count) {
     printf(" %12zu\n", count - finite);
 }
 
-static void print_layers(const struct fewray_frame *frame) {
+/* What `fewray denoise` finds, by whatever names; the planes get fewray's own. */
+static void print_layers(struct fewray_frame *frame) {
     static const char *const names[FEWRAY_LAYER_COUNT] = {
         "color",  "noisy", "variance", "albedo",     "shaded albedo",
         "normal", "depth", "emission", "irradiance", "irradiance confidence"};
     float *planes[3];
-    printf("layers:");
+    adopt_layer_names(frame, NAMING_AUTO);
+    printf("layers found:");
     for (int layer = 0; layer < FEWRAY_LAYER_COUNT; layer++)
         if (fewray_frame_layer(frame, layer, planes))
             printf(" %s", names[layer]);
@@ -61,10 +64,10 @@ static int info_exr(const char *path, struct fewray_error *error) {
         return status;
     printf("%s: EXR, %dx%d pixels, %zu channels\n", path, frame->width, frame->height,
            frame->plane_count);
-    print_layers(frame);
     printf("  %-24s %12s %12s %12s %12s\n", "channel", "min", "mean", "max", "non-finite");
     for (size_t i = 0; i < frame->plane_count; i++)
         print_channel(&frame->planes[i], (size_t)frame->width * (size_t)frame->height);
+    print_layers(frame);
     fewray_frame_destroy(&frame);
     return FEWRAY_OK;
 }

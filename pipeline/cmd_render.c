@@ -2,6 +2,7 @@
 /* fewray render */
 
 #include <stdio.h>
+#include <string.h>
 
 #include "pipeline/command.h"
 #include "pipeline/interrupt.h"
@@ -22,7 +23,9 @@ enum {
 enum { GUIDE_OFF, GUIDE_ODIS, GUIDE_PAPER, GUIDE_PPG };
 static const char *const GUIDES[] = {"off", "odis", "paper", "ppg", NULL};
 static const char *const MAP_BINS[] = {"32", "16", "8", NULL};
+static const char *const AOVS[] = {"direct", "indirect", NULL};
 static const char *const SWITCH[] = {"off", "on", NULL};
+static const char *const MODELS[] = {"default", "fast", NULL}; /* as enum fewray_denoise_model */
 static const char *const ISAS[] = {"auto", "plain", "avx2", "avx512", NULL};
 
 /* What the guide's preset says unless it is given. */
@@ -35,8 +38,9 @@ struct guide_options {
 struct render_options {
     struct fewray_job job;
     struct text_list defines;
+    struct name_list aovs;
     struct guide_options guide;
-    int pilot, denoise, isa;
+    int pilot, denoise, isa, model;
     bool verbose;
 };
 
@@ -58,6 +62,8 @@ static enum parse_result parse(struct render_options *options, int argc, char **
          "look first whether a guide pays in this scene, else do without (on)", 0, 0, SWITCH},
         {"denoise", 0, OPTION_CHOICE, &options->denoise, NULL, "filter the picture (on)", 0, 0,
          SWITCH},
+        {"aovs", 0, OPTION_NAMES, &options->aovs, "direct,indirect",
+         "layers whose sum is the picture, filtered like it", 0, 0, AOVS},
         {"max-depth", 0, OPTION_INT, &settings->max_depth, "D",
          "path length, 1 = emission only, -1 = no limit", -1, DEPTH_MAX, NULL},
         {"width", 0, OPTION_INT, &settings->width, "W", "pixels; alone: the scene's aspect is kept",
@@ -91,8 +97,12 @@ static enum parse_result parse(struct render_options *options, int argc, char **
          "rows and columns of a map over the sphere (32)", 0, 0, MAP_BINS},
         {"guide-weights", 0, OPTION_TEXT, &settings->weights_path, "FILE",
          "another network for the guide", 0, 0, NULL},
+        {"model", 0, OPTION_CHOICE, &options->model, NULL,
+         "network of the denoiser; fast has a third of the arithmetic (default)", 0, 0, MODELS},
         {"denoise-weights", 0, OPTION_TEXT, &job->denoise.weights_path, "FILE",
          "another network for the denoiser", 0, 0, NULL},
+        {"max-memory", 0, OPTION_SIZE, &job->denoise.max_memory, "SIZE",
+         "for the denoiser beside the picture, as 64M or 1G (256M)", 0, 0, NULL},
         {"isa", 0, OPTION_CHOICE, &options->isa, NULL, "highest instruction set of the denoiser", 0,
          0, ISAS},
         {"verbose", 'v', OPTION_FLAG, &options->verbose, NULL, "tell what was done", 0, 0, NULL},
@@ -129,9 +139,11 @@ static void tell_run(const struct fewray_run_stats *stats) {
     fprintf(stderr,
             "%dx%d, %d spp, %d threads: load %.2f s, bvh %.2f s, look %.2f s, guide %.2f s, render "
             "%.2f s, "
-            "denoise %.2f s, write %.2f s; %.1f M rays/s; %lld samples dropped\n",
+            "denoise %.2f s (%d of %d tiles needed no filter), write %.2f s; %.1f M rays/s; %lld "
+            "samples dropped\n",
             stats->width, stats->height, stats->spp, stats->threads, stats->load_s, stats->bvh_s,
-            stats->initial_s, stats->guide_s, stats->render_s, stats->denoise_s, stats->write_s,
+            stats->initial_s, stats->guide_s, stats->render_s, stats->denoise_s,
+            stats->tiles - stats->tiles_denoised, stats->tiles, stats->write_s,
             1e-6 * (double)stats->counts.rays / (stats->initial_s + stats->render_s + 1e-9),
             stats->counts.dropped);
 }
@@ -189,9 +201,15 @@ int cmd_render(int argc, char **argv) {
     job->warn = warn_below_bar;
     job->warn_user = &progress;
     set_guide(&options.guide, job);
+    for (int k = 0; k < options.aovs.count; k++)
+        if (!strcmp(options.aovs.names[k], "direct"))
+            job->settings.direct = true;
+        else
+            job->settings.indirect = true;
     job->pilot = options.pilot && options.guide.guide == GUIDE_ODIS;
     job->denoised = options.denoise;
     job->denoise.isa = ISAS[options.isa];
+    job->denoise.model = (enum fewray_denoise_model)options.model;
 
     struct fewray_run_stats stats;
     struct fewray_error error;

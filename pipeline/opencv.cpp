@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <new>
+#include <numeric>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -80,19 +81,36 @@ double mean_ssim(const cv::Mat &x, const cv::Mat &y) {
     return cv::mean(ssim(inner))[0];
 }
 
-/* Mean of the good pixels' error without the 0.01 % that have the highest. */
-double trimmed_mean(const cv::Mat &error, const cv::Mat &good, size_t count) {
-    std::vector<double> values;
-    values.reserve(count);
-    for (size_t i = 0; i < error.total(); i++)
-        if (good.data[i])
-            values.push_back(error.ptr<double>()[i]);
-    const size_t kept = count - static_cast<size_t>(std::ceil(1e-4 * static_cast<double>(count)));
+/* Mean of the values without the 0.01 % that are highest. They get reordered. */
+double trimmed_mean(std::vector<double> &values) {
+    const size_t kept =
+        values.size() - static_cast<size_t>(std::ceil(1e-4 * static_cast<double>(values.size())));
     if (kept == 0)
         return std::numeric_limits<double>::quiet_NaN();
     std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(kept) - 1,
                      values.end());
     return cv::mean(cv::Mat(static_cast<int>(kept), 1, CV_64F, values.data()))[0];
+}
+
+/* Share of the sum that the highest 1 % of the values hold; 0 of zeros. They get reordered. */
+double top_share(std::vector<double> &values) {
+    const size_t top = static_cast<size_t>(std::ceil(1e-2 * static_cast<double>(values.size())));
+    const auto first = values.end() - static_cast<std::ptrdiff_t>(top);
+    if (top == 0)
+        return 0;
+    std::nth_element(values.begin(), first, values.end());
+    const double rest = std::accumulate(values.begin(), first, 0.0),
+                 worst = std::accumulate(first, values.end(), 0.0);
+    return worst > 0 ? worst / (rest + worst) : 0;
+}
+
+std::vector<double> good_values(const cv::Mat &error, const cv::Mat &good) {
+    std::vector<double> values;
+    values.reserve(error.total());
+    for (size_t i = 0; i < error.total(); i++)
+        if (good.data[i])
+            values.push_back(error.ptr<double>()[i]);
+    return values;
 }
 
 /* Adds one channel's share to the sums; error_map gathers the mrse of each pixel. */
@@ -135,7 +153,9 @@ void measure(float *const test[3], float *const reference[3], float *const noise
         add_channel(plane_of(test[c], width, height), plane_of(reference[c], width, height),
                     noise ? noise[c] : nullptr, masks, metrics, display_mse, error_map);
     metrics.mrse = cv::mean(error_map, masks.good)[0];
-    metrics.mrse_trimmed = trimmed_mean(error_map, masks.good, static_cast<size_t>(good));
+    std::vector<double> errors = good_values(error_map, masks.good);
+    metrics.mrse_trimmed = trimmed_mean(errors);
+    metrics.mrse_top1 = top_share(errors);
     metrics.psnr =
         display_mse > 0 ? -10 * std::log10(display_mse) : std::numeric_limits<double>::infinity();
     metrics.n_nonfinite = cv::countNonZero(masks.bad_test);

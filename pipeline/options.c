@@ -46,6 +46,27 @@ static bool parse_float(const struct option_spec *option, const char *text) {
     return true;
 }
 
+/* A positive number of bytes, "512M". */
+static bool parse_size(const struct option_spec *option, const char *text) {
+    static const char units[] = "KMG";
+    char *end;
+    errno = 0;
+    const unsigned long long value = strtoull(text, &end, 10);
+    if (errno || !isdigit((unsigned char)*text) || value == 0)
+        return false;
+    int shift = 0;
+    if (*end) {
+        const char *unit = strchr(units, toupper((unsigned char)*end));
+        if (!unit || end[1])
+            return false;
+        shift = 10 * (int)(unit - units + 1);
+    }
+    if (value > SIZE_MAX >> shift)
+        return false;
+    *(size_t *)option->value = (size_t)value << shift;
+    return true;
+}
+
 static bool parse_choice(const struct option_spec *option, const char *text) {
     for (int i = 0; option->choices[i]; i++)
         if (!strcmp(option->choices[i], text)) {
@@ -63,6 +84,32 @@ static bool parse_list(const struct option_spec *option, const char *text) {
     return true;
 }
 
+static bool is_choice(const struct option_spec *option, const char *name) {
+    int i = 0;
+    while (option->choices && option->choices[i] && strcmp(option->choices[i], name))
+        i++;
+    return !option->choices || option->choices[i];
+}
+
+static bool parse_names(const struct option_spec *option, const char *text) {
+    struct name_list *list = option->value;
+    for (;; text++) {
+        const char *end = strchr(text, ',');
+        const size_t length = end ? (size_t)(end - text) : strlen(text);
+        if (list->count == NAME_LIST_MAX || length == 0 || length >= sizeof *list->names)
+            return false;
+        char *name = list->names[list->count];
+        memcpy(name, text, length);
+        name[length] = 0;
+        if (!is_choice(option, name))
+            return false;
+        list->count++;
+        if (!end)
+            return true;
+        text = end;
+    }
+}
+
 static bool parse_value(const struct option_spec *option, const char *text) {
     switch (option->kind) {
     case OPTION_FLAG:
@@ -77,12 +124,16 @@ static bool parse_value(const struct option_spec *option, const char *text) {
         return parse_seed(option, text);
     case OPTION_FLOAT:
         return parse_float(option, text);
+    case OPTION_SIZE:
+        return parse_size(option, text);
     case OPTION_CHOICE:
         return parse_choice(option, text);
     case OPTION_LIST:
         return parse_list(option, text);
     case OPTION_DEFINE:
         return strchr(text, '=') && *text != '=' && parse_list(option, text);
+    case OPTION_NAMES:
+        return parse_names(option, text);
     }
     return false;
 }
@@ -94,6 +145,9 @@ static const char *describe_value(const struct option_spec *option, char *text, 
     case OPTION_INT:
     case OPTION_FLOAT:
         snprintf(text, size, "%g..%.15g", option->least, option->most);
+        break;
+    case OPTION_SIZE:
+        snprintf(text, size, "bytes, or a number and K, M or G, as 512M");
         break;
     case OPTION_SEED:
         snprintf(text, size, "0..%llu", ULLONG_MAX);
@@ -109,6 +163,12 @@ static const char *describe_value(const struct option_spec *option, char *text, 
         break;
     case OPTION_LIST:
         snprintf(text, size, "at most %d of them", TEXT_LIST_MAX);
+        break;
+    case OPTION_NAMES:
+        snprintf(text, size, "at most %d names, separated by commas", NAME_LIST_MAX);
+        for (int i = 0; option->choices && option->choices[i] && used < size; i++)
+            used += (size_t)snprintf(text + used, size - used, "%s%s", i ? "," : "",
+                                     option->choices[i]);
         break;
     case OPTION_FLAG:
     case OPTION_TEXT:

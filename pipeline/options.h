@@ -14,15 +14,24 @@ enum option_kind {
     OPTION_INT,    /* int, least..most */
     OPTION_SEED,   /* uint64_t */
     OPTION_FLOAT,  /* float, least..most */
+    OPTION_SIZE,   /* size_t, bytes; K, M, G behind the number: times 1024, 1024^2, 1024^3 */
     OPTION_CHOICE, /* int: index in choices */
     OPTION_LIST,   /* struct text_list: may be given again and again */
     OPTION_DEFINE, /* the same, of NAME=VALUE */
+    OPTION_NAMES,  /* struct name_list: NAME[,NAME...], of choices where there are some */
 };
 
 #define TEXT_LIST_MAX 256
 
 struct text_list {
     const char *items[TEXT_LIST_MAX];
+    int count;
+};
+
+#define NAME_LIST_MAX 32
+
+struct name_list {
+    char names[NAME_LIST_MAX][80];
     int count;
 };
 

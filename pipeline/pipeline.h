@@ -70,6 +70,8 @@ struct fewray_metrics {
     double mrse;         /* (x - r)^2 / (r^2 + 0.01) */
     double mrse_trimmed; /* the same without the ceil(0.01 %) of the pixels that have the highest
                             error */
+    double mrse_top1;    /* share, 0..1, of the mrse in the ceil(1 %) of the pixels that have the
+                            highest error: at edges, for a denoised picture */
     double mse;          /* (x - r)^2 */
     double mape;         /* |x - r| / (|r| + 0.01) */
     double l1;           /* |x - r| */

@@ -150,8 +150,15 @@ static void denoise_progress(void *user, double fraction) {
     settings->progress(settings->progress_user, "denoise", fraction);
 }
 
-/* R, G, B become the filtered picture; what they were is kept as noisy.R, noisy.G, noisy.B. */
+/* R, G, B, and their parts where they were kept apart, become the filtered picture; what they were
+ * is kept as noisy.R, noisy.G, noisy.B ... */
 static int denoise(struct run *run, struct fewray_error *error) {
+    const char *parts[2];
+    int part_count = 0;
+    if (run->settings.direct)
+        parts[part_count++] = "direct";
+    if (run->settings.indirect)
+        parts[part_count++] = "indirect";
     if (!run->job->denoised)
         return FEWRAY_OK;
     struct fewray_denoise_options options = run->job->denoise;
@@ -163,7 +170,8 @@ static int denoise(struct run *run, struct fewray_error *error) {
     struct fewray_denoise_stats stats = {0};
     int status = fewray_denoiser_create(&options, &denoiser, error);
     if (!status)
-        status = fewray_denoise_frame(denoiser, run->frame, &stats, error);
+        status =
+            fewray_denoise_frame_layers(denoiser, run->frame, parts, part_count, &stats, error);
     fewray_denoiser_destroy(&denoiser);
     run->stats.tiles = stats.tiles;
     run->stats.tiles_denoised = stats.tiles_denoised;

@@ -53,6 +53,7 @@ int nn_conv_pack(struct nn_conv *conv, const struct nn_weights *weights, const c
     conv->in = round_up(in, NN_LANES);
     conv->in_used = round_up(in, 4);
     conv->out = round_up(out, NN_LANES);
+    conv->out_used = round_up(out, NN_LANES / 2);
     conv->weights = zeroed((size_t)conv->out * kernel * kernel * conv->in);
     conv->bias = zeroed((size_t)conv->out);
     if (!conv->weights || !conv->bias) {

@@ -3,6 +3,7 @@
  *   VEC_LANES             floats of a vector: 4, 8 or 16
  *   MAX_PIXELS            pixels of the largest register block: 2, 6 or 14
  *   MAX_BLOCKS            blocks of NN_LANES output channels in it: 1 or 2
+ *   MAX_HALF_PIXELS       pixels of the largest register block of NN_LANES / 2 channels: 4, 12, 14
  *   KERNELS, KERNELS_ISA, KERNELS_NAME   the table and what it says of itself.
  * a * b + c becomes one instruction where the compile options have FMA. */
 
@@ -15,9 +16,10 @@
 
 #include "denoise/nn/kernels.h"
 
-#define VECS   (NN_LANES / VEC_LANES) /* vectors of a block of output channels */
-#define INLINE static inline __attribute__((always_inline))
-#define UNROLL _Pragma("GCC unroll 32")
+#define SOFTMAX_ROWS 8                      /* softmaxed together; even */
+#define VECS         (NN_LANES / VEC_LANES) /* vectors of a block of output channels */
+#define INLINE       static inline __attribute__((always_inline))
+#define UNROLL       _Pragma("GCC unroll 32")
 
 typedef float vec __attribute__((vector_size(VEC_LANES * 4), may_alias));
 typedef int32_t ivec __attribute__((vector_size(VEC_LANES * 4), may_alias));
@@ -29,154 +31,7 @@ INLINE vec pick(ivec mask, vec a, vec b) {
     return (vec)((mask & (ivec)a) | (~mask & (ivec)b));
 }
 
-/* --- convolution
- *
- * A tile of a row of output pixels times some blocks of output channels stays in registers while
- * the loops run over the taps and input channels: each step multiplies one row of weights by one
- * input of each pixel. Every output is bias + the products in the order (ky, kx, channel), wherever
- * it lies in its tile, so that all ways to cut the work give the same bits. */
-
-struct tile_job {
-    const float *in;      /* the upper left tap of the first pixel */
-    size_t in_pixel;      /* floats from pixel to pixel */
-    size_t in_row;        /* and from row to row */
-    int runs;             /* stretches of a tap row that are contiguous in memory: 1 or kernel */
-    int run_length;       /* floats of a run */
-    int kernel;           /* 1 or 3 */
-    const float *weights; /* of the first block */
-    size_t run_weights;   /* floats from run to run */
-    size_t block_weights; /* and from block to block */
-    const float *bias;
-    float *out;
-    size_t out_pixel;
-    enum nn_activation activation;
-};
-
-INLINE vec activate(vec x, enum nn_activation activation) {
-    if (activation == NN_LEAKY_RELU)
-        x *= pick(x > 0.0f, splat(1.0f), splat(0.2f));
-    return x;
-}
-
-INLINE void conv_tile(const struct tile_job *job, const int pixels, const int blocks) {
-    enum { GROUP = 3, MAX_GROUPS = (MAX_PIXELS + GROUP - 1) / GROUP };
-    const int vecs = blocks * VECS;
-    vec sum[MAX_PIXELS][MAX_BLOCKS * VECS];
-    UNROLL for (int v = 0; v < vecs; ++v) {
-        vec bias = ((const vec *)job->bias)[v];
-        UNROLL for (int p = 0; p < pixels; ++p) sum[p][v] = bias;
-    }
-
-    const float *weights = job->weights;
-    const size_t in_pixel = job->in_pixel, block_weights = job->block_weights;
-    const int run_length = job->run_length;
-    for (int ky = 0; ky < job->kernel; ++ky) {
-        const float *run_in = job->in + (size_t)ky * job->in_row;
-        for (int run = 0; run < job->runs; ++run) {
-            /* One base address for three pixels: base, base + pixel, base + 2 * pixel are
-             * addressing modes, so that all pixels need few registers. The empty asm keeps
-             * compilers from deriving the bases from each other again. */
-            const float *base[MAX_GROUPS];
-            UNROLL for (int g = 0; g * GROUP < pixels; ++g) {
-                base[g] = run_in + (size_t)(g * GROUP) * in_pixel;
-                __asm__("" : "+r"(base[g]));
-            }
-            const float *w = weights;
-            for (int i = 0; i < run_length; ++i) {
-                vec row[MAX_BLOCKS * VECS];
-                UNROLL for (int v = 0; v < vecs; ++v) row[v] =
-                    ((const vec *)(w + (v >= VECS ? block_weights : 0)))[v % VECS];
-                w += NN_LANES;
-                UNROLL for (int p = 0; p < pixels; ++p) {
-                    float x = base[p / GROUP][i + (p % GROUP) * in_pixel];
-                    UNROLL for (int v = 0; v < vecs; ++v) sum[p][v] += row[v] * x;
-                }
-            }
-            run_in += in_pixel;
-            weights += job->run_weights;
-        }
-    }
-
-    UNROLL for (int p = 0; p < pixels; ++p) {
-        vec *out = (vec *)(job->out + (size_t)p * job->out_pixel);
-        UNROLL for (int v = 0; v < vecs; ++v) out[v] = activate(sum[p][v], job->activation);
-    }
-}
-
-typedef void tile_function(const struct tile_job *job);
-#define TILE(pixels, blocks)                                                                       \
-    static void tile_##pixels##x##blocks(const struct tile_job *job) {                             \
-        conv_tile(job, pixels, blocks);                                                            \
-    }
-/* OF(1) ... OF(MAX_PIXELS) */
-#define TO_2(OF)  OF(1) OF(2)
-#define TO_6(OF)  TO_2(OF) OF(3) OF(4) OF(5) OF(6)
-#define TO_14(OF) TO_6(OF) OF(7) OF(8) OF(9) OF(10) OF(11) OF(12) OF(13) OF(14)
-#if MAX_PIXELS == 14
-#define TILES TO_14
-#elif MAX_PIXELS == 6
-#define TILES TO_6
-#else
-#define TILES TO_2
-#endif
-#define TILE_1(pixels) TILE(pixels, 1)
-#define NAME_1(pixels) tile_##pixels##x1,
-TILES(TILE_1)
-#if MAX_BLOCKS > 1
-#define TILE_2(pixels) TILE(pixels, 2)
-#define NAME_2(pixels) tile_##pixels##x2,
-TILES(TILE_2)
-#endif
-
-static tile_function *const tile_functions[MAX_BLOCKS][MAX_PIXELS] = {
-    {TILES(NAME_1)},
-#if MAX_BLOCKS > 1
-    {TILES(NAME_2)},
-#endif
-};
-
-static void conv(const struct nn_conv *conv, const struct nn_tensor *in,
-                 const struct nn_tensor *out, enum nn_activation activation, int y0, int y1) {
-    assert(in->channels >= conv->in && out->channels >= conv->out);
-    assert(in->height == out->height && in->width == out->width);
-    const int kernel = conv->kernel, reach = kernel / 2, width = out->width;
-    struct tile_job job = {
-        .in_pixel = (size_t)in->channels,
-        .in_row = (size_t)(in->width + 2) * (size_t)in->channels,
-        .runs = kernel,
-        .run_length = conv->in_used,
-        .kernel = kernel,
-        .run_weights = (size_t)conv->in * NN_LANES,
-        .block_weights = (size_t)(kernel * kernel * conv->in) * NN_LANES,
-        .out_pixel = (size_t)out->channels,
-        .activation = activation,
-    };
-    if (conv->in_used == in->channels) { /* a row of taps is contiguous */
-        job.runs = 1;
-        job.run_length *= kernel;
-        job.run_weights *= (size_t)kernel;
-    }
-
-    /* Tiles of nearly the same width: the first `wider` ones have a pixel more. */
-    const int tiles = (width + MAX_PIXELS - 1) / MAX_PIXELS;
-    const int narrow = width / tiles, wider = width % tiles;
-    for (int y = y0; y < y1; ++y)
-        for (int block = 0; block * NN_LANES < conv->out;) {
-            int blocks = conv->out / NN_LANES - block;
-            blocks = blocks > MAX_BLOCKS ? MAX_BLOCKS : blocks;
-            job.weights = conv->weights + (size_t)block * job.block_weights;
-            job.bias = conv->bias + block * NN_LANES;
-            job.in = nn_at(in, y - reach, -reach);
-            job.out = nn_at(out, y, 0) + block * NN_LANES;
-            for (int t = 0; t < tiles; ++t) {
-                int pixels = narrow + (t < wider);
-                tile_functions[blocks - 1][pixels - 1](&job);
-                job.in += (size_t)pixels * job.in_pixel;
-                job.out += (size_t)pixels * job.out_pixel;
-            }
-            block += blocks;
-        }
-}
+#include "denoise/nn/conv.inc.h"
 
 /* --- between the scales of a U-Net */
 
@@ -343,6 +198,140 @@ static void softmax_rows(float *values, int rows, int stride, int n) {
         softmax(values + (size_t)i * (size_t)stride, n);
 }
 
+INLINE vec load_logits(const float *logits, const float *bias, const int n, const int v) {
+    const int rest = n - v * VEC_LANES;
+    logits += v * VEC_LANES;
+    vec x = rest < VEC_LANES ? load_some(logits, rest) : load(logits);
+    if (bias)
+        x += load(bias + v * VEC_LANES);
+    return x;
+}
+
+/* A few rows, n a constant. Step by step for all of them, because the steps of one row wait for
+ * each other. */
+INLINE void softmax_block(const float *logits, int rows, int stride, const float *bias, const int n,
+                          float *weights) {
+    const int vecs = (n + VEC_LANES - 1) / VEC_LANES;
+    const int room = (n + NN_LANES - 1) / NN_LANES * NN_LANES;
+    float maximum[SOFTMAX_ROWS], scale[SOFTMAX_ROWS];
+    for (int r = 0; r < rows; ++r) {
+        const float *from = logits + (size_t)r * (size_t)stride,
+                    *add = bias ? bias + (r & 1) * room : NULL;
+        vec largest = load_logits(from, add, n, 0);
+        UNROLL for (int v = 1; v < vecs; ++v) largest =
+            larger(load_logits(from, add, n, v), largest);
+        maximum[r] = largest_lane(largest);
+    }
+    for (int r = 0; r < rows; ++r) {
+        const float *from = logits + (size_t)r * (size_t)stride,
+                    *add = bias ? bias + (r & 1) * room : NULL;
+        vec sum = {0};
+        UNROLL for (int v = 0; v < vecs; ++v) {
+            vec e = exp_negative(load_logits(from, add, n, v) - maximum[r]);
+            store(weights + r * room + v * VEC_LANES, e);
+            sum += e;
+        }
+        scale[r] = 1.0f / sum_lanes(sum);
+    }
+    for (int r = 0; r < rows; ++r) {
+        float *to = weights + r * room;
+        UNROLL for (int v = 0; v < vecs; ++v)
+            store(to + v * VEC_LANES, load(to + v * VEC_LANES) * scale[r]);
+    }
+}
+
+static void softmax_to(const float *logits, int rows, int stride, const float *bias, int n,
+                       float *weights) {
+    const int room = (n + NN_LANES - 1) / NN_LANES * NN_LANES;
+    for (int r = 0; r < rows; r += SOFTMAX_ROWS) {
+        int count = rows - r < SOFTMAX_ROWS ? rows - r : SOFTMAX_ROWS;
+        const float *from = logits + (size_t)r * (size_t)stride;
+        float *to = weights + r * room;
+        /* The taps of the denoiser's kernels, with and without a coarser level. */
+        if (n == 34) {
+            if (bias)
+                softmax_block(from, count, stride, bias, 34, to);
+            else
+                softmax_block(from, count, stride, NULL, 34, to);
+        } else if (n == 25 && !bias) {
+            softmax_block(from, count, stride, NULL, 25, to);
+        } else {
+            for (int k = 0; k < count; ++k) {
+                for (int i = 0; i < n; ++i)
+                    to[k * room + i] = from[k * stride + i] + (bias ? bias[k % 2 * room + i] : 0);
+                softmax(to + k * room, n);
+            }
+        }
+    }
+}
+
+/* --- affinity */
+
+typedef float key __attribute__((vector_size(NN_KEY * 4)));
+typedef int32_t ikey __attribute__((vector_size(NN_KEY * 4)));
+
+/* Lane i of keys[0] becomes the sum of the lanes of keys[i]: pairs of vectors are added until one
+ * is left, three times. */
+INLINE void sum_lanes_of_eight(key *keys) {
+    const ikey even = {0, 2, 8, 10, 4, 6, 12, 14}, odd = {1, 3, 9, 11, 5, 7, 13, 15};
+    UNROLL for (int n = 4; n > 1; n /= 2) {
+        UNROLL for (int i = 0; i < n; ++i) keys[i] =
+            __builtin_shuffle(keys[2 * i], keys[2 * i + 1], even) +
+            __builtin_shuffle(keys[2 * i], keys[2 * i + 1], odd);
+    }
+    /* What is left to add lies in the other half of each vector. */
+    keys[0] = __builtin_shuffle(keys[0], keys[1], (ikey){0, 1, 2, 3, 8, 9, 10, 11}) +
+              __builtin_shuffle(keys[0], keys[1], (ikey){4, 5, 6, 7, 12, 13, 14, 15});
+}
+
+INLINE void affinity_of_pixel(const struct nn_affinity *job, const int size, const float *own_key,
+                              const float *first_tap, float *logits) {
+    const ikey last = {0, 0, 0, 0, 0, 0, 0, -1};
+    const int taps = size * size;
+    key own, scale;
+    memcpy(&own, own_key, sizeof own);
+    memcpy(&scale, job->scale, sizeof scale);
+    UNROLL for (int t = 0; t < taps; t += NN_KEY) {
+        key terms[NN_KEY];
+        const int n = taps - t < NN_KEY ? taps - t : NN_KEY;
+        UNROLL for (int i = 0; i < NN_KEY; ++i) {
+            terms[i] = (key){0};
+            if (i < n) {
+                key tap, difference;
+                memcpy(&tap,
+                       first_tap + (size_t)((t + i) / size) * job->taps_row +
+                           (size_t)((t + i) % size) * NN_KEY,
+                       sizeof tap);
+                difference = own - tap;
+                terms[i] =
+                    (key)((last & (ikey)tap) | (~last & (ikey)(-scale * difference * difference)));
+            }
+        }
+        sum_lanes_of_eight(terms);
+        if (n == NN_KEY) {
+            key sum;
+            memcpy(&sum, logits + t, sizeof sum);
+            sum += terms[0];
+            memcpy(logits + t, &sum, sizeof sum);
+        } else {
+            UNROLL for (int i = 0; i < n; ++i) logits[t + i] += terms[0][i];
+        }
+    }
+}
+
+static void add_affinity(const struct nn_affinity *job) {
+    assert(job->size == 3 || job->size == 5);
+    for (int i = 0; i < job->count; ++i) {
+        const float *own = job->own + (size_t)i * job->own_step;
+        const float *taps = job->taps + (size_t)i * job->taps_step;
+        float *logits = job->logits + (size_t)i * job->pitch;
+        if (job->size == 5)
+            affinity_of_pixel(job, 5, own, taps, logits);
+        else
+            affinity_of_pixel(job, 3, own, taps, logits);
+    }
+}
+
 const struct nn_kernels KERNELS = {
     .isa = KERNELS_ISA,
     .name = KERNELS_NAME,
@@ -351,4 +340,6 @@ const struct nn_kernels KERNELS = {
     .upsample_add = upsample_add,
     .softmax = softmax,
     .softmax_rows = softmax_rows,
+    .softmax_to = softmax_to,
+    .add_affinity = add_affinity,
 };

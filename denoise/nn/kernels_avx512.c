@@ -3,12 +3,13 @@
 
 #if defined(__AVX512F__) && defined(__AVX512VL__)
 /* Fourteen pixels x 32 channels: 28 of the 32 registers hold sums, 2 weights, the rest inputs. */
-#define VEC_LANES    16
-#define MAX_PIXELS   14
-#define MAX_BLOCKS   2
-#define KERNELS      nn_kernels_avx512
-#define KERNELS_ISA  NN_ISA_AVX512
-#define KERNELS_NAME "avx512"
+#define VEC_LANES       16
+#define MAX_PIXELS      14
+#define MAX_BLOCKS      2
+#define MAX_HALF_PIXELS 14
+#define KERNELS         nn_kernels_avx512
+#define KERNELS_ISA     NN_ISA_AVX512
+#define KERNELS_NAME    "avx512"
 #include "denoise/nn/kernels.inc.h"
 #else
 typedef int nothing_here; /* ISO C wants a declaration */

@@ -57,8 +57,8 @@ const struct nn_weight *nn_weights_find(const struct nn_weights *weights, const 
  * NN_LANES with zeros. */
 struct nn_conv {
     int kernel, in, out; /* in, out: rounded up */
-    int in_used; /* true input channels rounded up to 4: the rest have zero weights and are skipped
-                  */
+    int in_used;  /* true input channels rounded up to 4; the rest have zero weights, are skipped */
+    int out_used; /* true output channels rounded up to NN_LANES / 2; the rest are set to zero */
     float *weights; /* (out / NN_LANES, kernel, kernel, in, NN_LANES) */
     float *bias;    /* (out) */
 };
@@ -83,6 +83,23 @@ static inline float *nn_at(const struct nn_tensor *t, int y, int x) {
 }
 void nn_fill_border(const struct nn_tensor *t, enum nn_border border);
 
+#define NN_KEY 8 /* floats of a key */
+
+/* count pixels of a row and the size x size taps of each (size 3 or 5): logits[i * pitch + t] +=
+ * tap[7] - sum over c < 7 of scale[c] (own[c] - tap[c])^2, own and tap being keys of NN_KEY floats.
+ * After Isik et al. 2021 (interactive Monte Carlo denoising using affinity of neural features),
+ * equations 2 and 3: there the distance is all, here it is added to predicted logits. */
+struct nn_affinity {
+    int count, size;
+    float *logits;
+    size_t pitch;
+    const float *own; /* of the first pixel, the next one's own_step floats farther */
+    size_t own_step;
+    const float *taps; /* the first pixel's upper left tap; pixels taps_step apart, rows taps_row */
+    size_t taps_step, taps_row;
+    const float *scale; /* NN_KEY floats, the last one 0 */
+};
+
 /* One table of kernels an instruction set; every function works on rows y0 <= y < y1 of its output,
  * so that threads can share a layer. Borders of inputs must be filled; borders of outputs aren't
  * touched. */
@@ -104,6 +121,13 @@ struct nn_kernels {
     void (*softmax)(float *values, int n);
     /* The same for rows softmaxes of n floats, stride floats apart (stride >= n). */
     void (*softmax_rows)(float *values, int rows, int stride, int n);
+    /* Adds the affinity of pixels to their taps to the logits of a kernel. */
+    void (*add_affinity)(const struct nn_affinity *affinity);
+    /* weights (rows, n rounded up to NN_LANES) = softmax of n logits a row, `stride` floats apart,
+     * plus bias (2, n rounded up; zero beyond n) of even and odd rows, NULL: none. Weights beyond n
+     * get anything. */
+    void (*softmax_to)(const float *logits, int rows, int stride, const float *bias, int n,
+                       float *weights);
 };
 
 /* The best table the CPU has, or a lower one where isa or the environment variable FEWRAY_ISA

@@ -12,9 +12,10 @@ import ops
 
 DROPOUT = {ops.EMISSION: 0.1, ops.VARIANCE: 0.12, ops.ALBEDO: 0.08, ops.NORMAL: 0.08, ops.DEPTH: 0.15, ops.GUIDE: 0.1}
 RESCAN = 500  # batches, after which new views are looked for
+EXPOSURE_OFF = 0.05  # share of crops whose exposure is measured wrong by up to 2^8, as in pictures of mostly lamps or night
+RANDOM_ALBEDO = 0.3  # share of crops whose materials are painted over
 COLOR_ALONE = 0.06  # share of crops without any other layer
 ALL_LAYERS = ops.EMISSION | ops.VARIANCE | ops.ALBEDO | ops.NORMAL | ops.DEPTH | ops.GUIDE
-HALVES = np.arange(65536, dtype=np.uint16).view(np.float16).astype(np.float32)
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
@@ -23,8 +24,10 @@ class View:
 
     def __init__(self, path):
         self.path = path
-        self.noisy = [np.load(f, mmap_mode="r") for f in sorted(path.glob("*.npy")) if f.name != "ref.npy"]
-        self.spp = [int(f.name.split("-")[0]) for f in sorted(path.glob("*.npy")) if f.name != "ref.npy"]
+        files = [f for f in sorted(path.glob("*.npy")) if f.name != "ref.npy"]
+        self.noisy = [np.load(f, mmap_mode="r") for f in files]
+        self.spp = [int(f.name.split("-")[0]) for f in files]
+        self.guides = [f.name.split("-")[1] for f in files]
         self.ref = np.load(path / "ref.npy", mmap_mode="r")
         self.scales = {}
         light = floats(self.ref[::2, ::2]) @ LUMINANCE
@@ -38,8 +41,8 @@ class View:
 
 
 def floats(halves):
-    """Single precision copy, by a table: several times faster than numpy's conversion."""
-    return HALVES[halves.view(np.uint16)]
+    """Single precision copy, by PyTorch: many times faster than numpy's conversion."""
+    return torch.from_numpy(halves.copy()).float().numpy()
 
 
 def raw_layers(record, layers):
@@ -86,6 +89,39 @@ def fireflies(rng, record):
         record[y, x, 6:9] = value * rng.uniform(0.7, 1.0)
 
 
+def paint(rng, height, width):
+    """(H, W, 3) factors of 0.1 to 1: a tint, tiles, stripes, clouds or grains between two colours."""
+    y, x = np.mgrid[0:height, 0:width].astype(np.float32)
+    kind, period = rng.integers(5), 2 ** rng.uniform(0.5, 5)
+    if kind == 0:
+        mix = np.zeros((height, width), np.float32)
+    elif kind == 1:
+        mix = np.floor(y / period + rng.random()) + np.floor(x / period + rng.random())
+        mix = mix % 2
+    elif kind == 2:
+        angle = rng.uniform(0, np.pi)
+        mix = np.floor((x * np.cos(angle) + y * np.sin(angle)) / period + rng.random()) % 2
+    elif kind == 3:
+        waves = rng.normal(size=(6, 2)) / period
+        mix = 0.5 + 0.5 * sum(np.sin(x * a + y * b + p) for (a, b), p in zip(waves, rng.uniform(0, 6.3, 6))) / 6
+    else:
+        mix = rng.random((height, width))
+    one, two = 0.1 + 0.9 * rng.random((2, 3))
+    return (one + mix[..., None] * (two - one)).astype(np.float32)
+
+
+def repaint(rng, record, ref):
+    """Other materials under the same light: what is reflected, its noise and both albedos times the same factors, scaled
+    so that no albedo exceeds 1; emission and the guide's irradiance stay. (Light between surfaces keeps its colour.)"""
+    factors = paint(rng, *ref.shape[:2])
+    brightest = np.maximum(record[..., 9:12], record[..., 20:23]).max()
+    factors *= 2 ** rng.uniform(-1, 1) * 0.9
+    factors /= max(1.0, float(factors.max() * brightest))
+    for first in (0, 6, 9, 20):
+        record[..., first:first + 3] *= factors
+    ref[...] = record[..., 3:6] + factors * (ref - record[..., 3:6])
+
+
 def crop(rng, view, size):
     """One augmented sample: features (16, S, S), irradiance, modulation, emission and reference (S, S, 3)."""
     i = int(rng.integers(len(view.noisy)))
@@ -108,13 +144,18 @@ def crop(rng, view, size):
     order = np.concatenate([colors, 3 + colors, 6 + colors, 9 + colors, np.arange(12, 16), 16 + colors, [19], 20 + colors])
     record, ref = record[..., order].copy(), ref[..., colors].copy()
     record[..., 12:15] = record[..., 12:15] @ orthogonal(rng)
+    if rng.random() < RANDOM_ALBEDO:
+        repaint(rng, record, ref)
     if rng.random() < 0.15:
         fireflies(rng, record)
     gain = view.gain * 2 ** rng.normal(0, 1.2)
     record[..., 0:9] *= gain
     record[..., 16:19] *= gain
     ref *= gain
-    return prepare(record, ref, layers, exposure / gain * 2 ** rng.normal(0, 0.4), log2_depth + rng.normal(0, 0.5))
+    # Features see radiance times exposure alone: a picture's own exposure cancels exactly, over 2^+-8 and more. What is left
+    # to learn is an exposure that was measured wrong.
+    off = rng.uniform(-8, 8) if rng.random() < EXPOSURE_OFF else rng.normal(0, 0.4)
+    return prepare(record, ref, layers, exposure / gain * 2 ** off, log2_depth + rng.normal(0, 0.5))
 
 
 def prepare(record, ref, layers, exposure, log2_depth):
@@ -124,14 +165,14 @@ def prepare(record, ref, layers, exposure, log2_depth):
     return f, e, modulation.copy(), emission.copy(), ref
 
 
-def whole(view, i, size=None):
-    """A view without augmentation, cut to multiples of 16 (and to size x size in its middle)."""
+def whole(view, i, size=None, layers=ALL_LAYERS):
+    """A view without augmentation and with these layers, cut to multiples of 16 (and to size x size in its middle)."""
     height, width, _ = view.ref.shape
     h, w = (min(height, size or height) // 16 * 16, min(width, size or width) // 16 * 16)
     y, x = (height - h) // 2, (width - w) // 2
     record = floats(view.noisy[i][y:y + h, x:x + w])
     ref = floats(view.ref[y:y + h, x:x + w])
-    return prepare(record, ref, ALL_LAYERS, *view.scale(i, ALL_LAYERS))
+    return prepare(record, ref, layers, *view.scale(i, layers))
 
 
 def collate(samples):

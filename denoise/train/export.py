@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Writes a checkpoint's averaged weights as the file that denoise/nn reads (nn.h has the format), and tensors of a small
-picture by which a C test compares the network with PyTorch."""
+picture by which a C test compares the network with PyTorch. Channel counts are the model's own: the C code reads them."""
 import argparse
 from pathlib import Path
 
@@ -10,10 +10,11 @@ import torch
 
 import dataset
 import ops
-from model import KPN, weight_tensors
+import model as models
 from weights_file import container, write_whole
 
 ROOT = Path(__file__).resolve().parents[2]
+SHIPPED = {"default": "kpn", "fast": "kpn_fast"}
 
 
 def test_picture(seed=3, height=32, width=48):
@@ -46,6 +47,8 @@ def test_tensors(model):
     trace = {}
     with torch.no_grad():
         model(torch.from_numpy(f)[None], torch.from_numpy(e)[None], trace)
+    h, w, _ = f.shape
+    f = f.reshape(h, w, ops.FEATURES, 2, 2).transpose(2, 0, 3, 1, 4).reshape(ops.FEATURES, 2 * h, 2 * w)
     floats = {"raw": raw, "features": f, "irradiance": np.moveaxis(e, 2, 0)}
     floats.update({name: value[0].contiguous().numpy() for name, value in trace.items()})
     # Kept exact: the halves of each float and of what rounding left of it.
@@ -59,24 +62,26 @@ def test_tensors(model):
 
 def main():
     p = argparse.ArgumentParser(description=__doc__)
-    p.add_argument("checkpoint", help="by train.py, or 'random' for untrained weights")
-    p.add_argument("-o", "--out", default=ROOT / "denoise/train/weights/kpn.bin")
-    p.add_argument("--test", default=ROOT / "tests/data/kpn_reference.bin", help="where the test's tensors go")
+    p.add_argument("checkpoint", help="by train.py")
+    p.add_argument("--as", dest="shipped", choices=list(SHIPPED), help="which of the library's models this is "
+                   "(its own name where that is one of them, else default)")
+    p.add_argument("-o", "--out", help="denoise/train/weights/kpn.bin or kpn_fast.bin if not given")
+    p.add_argument("--test", help="where the test's tensors go: tests/data/ if not given")
     a = p.parse_args()
-    torch.manual_seed(7)
-    model = KPN()
-    info = {"network": "kpn", "version": 1, "features": 16}
-    if a.checkpoint != "random":
-        state = torch.load(a.checkpoint, weights_only=False, map_location="cpu")
-        model.load_state_dict(state["average"])
-        keep = ("batch", "crop", "rate", "seed", "minutes", "bf16", "l1")
-        info.update(command="train.py", settings={k: state["arguments"].get(k) for k in keep}, steps=state["steps"],
-                    seconds=round(state["elapsed"]), views=state["views"], validation=state["log"][-1:])
-    tensors = {name: value.numpy().astype(np.float16) for name, value in weight_tensors(model).items()}
+    state = torch.load(a.checkpoint, weights_only=False, map_location="cpu")
+    model = models.from_checkpoint(state)
+    name = state.get("network", "default")
+    stem = SHIPPED[a.shipped or (name if name in SHIPPED else "default")]
+    info = {"network": "kpn", "version": 1, "features": 16, "model": name, "widths": model.widths}
+    keep = ("batch", "crop", "rate", "seed", "minutes", "bf16", "l1")
+    info.update(command="train.py", settings={k: state["arguments"].get(k) for k in keep}, steps=state["steps"],
+                seconds=round(state["elapsed"]), views=state["views"], validation=state["log"][-1:])
+    tensors = {name: value.numpy().astype(np.float16) for name, value in models.weight_tensors(model).items()}
     model.load_state_dict({n: torch.from_numpy(tensors[n].astype(np.float32)).reshape(v.shape)
                            for n, v in model.state_dict().items()})
-    write_whole(a.out, container(tensors, info))
-    write_whole(a.test, container(test_tensors(model), {"weights": "kpn.bin", "made by": "export.py"}))
+    write_whole(a.out or ROOT / f"denoise/train/weights/{stem}.bin", container(tensors, info))
+    write_whole(a.test or ROOT / f"tests/data/{stem}_reference.bin",
+                container(test_tensors(model), {"weights": stem + ".bin", "made by": "export.py"}))
 
 
 if __name__ == "__main__":

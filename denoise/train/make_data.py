@@ -5,7 +5,10 @@ of fewray-kpn-data. Can be stopped and started again, and run by several at once
 
     OUT/SCENE--VIEW/SPP-GUIDE-SEED.npy and OUT/SCENE--VIEW/ref.npy
 
-View 0 is the scene's own camera; the others turn it, tilt it and move it forward, from a seed."""
+View 0 is the scene's own camera; the others turn it, tilt it and move it forward, from a seed. Everything follows from
+the scenes' names and the seed: --part 2/5 makes the second fifth of the views that the whole command would make, and the
+folders of five machines, copied together, are its result. With --halves each picture of N samples a pixel also comes as
+two independent ones of N/2, N/2-GUIDE-SEEDa.npy and ...b.npy: more inputs, and pairs for estimates of error."""
 import argparse
 import fcntl
 import random
@@ -17,6 +20,9 @@ import zlib
 from pathlib import Path
 
 import numpy as np
+
+
+BUDGETS = (1, 2, 4, 8, 16)  # samples a pixel
 
 
 def scene_name(path):
@@ -36,9 +42,29 @@ def moved_camera(scene, turn, tilt, forward):
                   lambda m: f'name="filename"{m[1]}value="{(scene.parent / m[2]).resolve()}"', text)
 
 
+def part(text):
+    """'2/5' -> (1, 5)"""
+    index, count = (int(n) for n in text.split("/"))
+    if not 1 <= index <= count:
+        raise ValueError
+    return index - 1, count
+
+
 class Maker:
     def __init__(self, arguments):
         self.a = arguments
+        self.depths = {}
+
+    def typical_depth(self, scene):
+        """The median distance that the scene's own camera sees, 0 where it sees nothing."""
+        if scene not in self.depths:
+            depth = np.zeros(1)
+            with tempfile.TemporaryDirectory() as folder:
+                probe = Path(folder) / "probe.npy"
+                if self.render(scene, probe, 1, "off", 1):
+                    depth = np.load(probe)[..., 15].astype(np.float32)
+            self.depths[scene] = float(np.median(depth[depth > 0])) if (depth > 0).any() else 0.0
+        return self.depths[scene]
 
     def render(self, xml, record, spp, guide, seed, reference=False):
         """One render to one record; True where it worked."""
@@ -86,24 +112,34 @@ class Maker:
                 self.fill(scene, index, folder)
         (folder / ".lock").unlink(missing_ok=True)
 
+    def noisy_pictures(self, rng, seed):
+        """File name, samples a pixel, guide and seed of each noisy picture of a view."""
+        if self.a.every_budget:
+            wanted = [(spp, guide) for spp in BUDGETS for guide in ("odis", "off")]
+        else:
+            wanted = [(4, "odis"), (4, "off"), (rng.choice([1, 2]), "odis"), (rng.choice([8, 16]), rng.choice(["odis", "off"]))]
+        wanted = list(dict.fromkeys((spp, guide if self.a.guide and spp > 1 else "off") for spp, guide in wanted))
+        pictures = []
+        for i, (spp, guide) in enumerate(wanted):
+            pictures.append((f"{spp}-{guide}-{seed + i}.npy", spp, guide, seed + i))
+            if self.a.halves and spp > 1:
+                half_guide = guide if spp > 2 else "off"
+                for letter, more in (("a", 2000003), ("b", 3000017)):
+                    pictures.append((f"{spp // 2}-{half_guide}-{seed + i}{letter}.npy", spp // 2, half_guide, seed + i + more))
+        return pictures
+
     def fill(self, scene, index, folder):
         a = self.a
         base = zlib.crc32(f"{scene_name(scene)} {index} {a.seed}".encode())
         rng = random.Random(base)
         xml = scene
         if index > 0:
-            first = sorted((a.out / f"{scene_name(scene)}--0").glob("[0-9]*.npy"))
-            depth = np.load(first[0], mmap_mode="r")[..., 15].astype(np.float32) if first else np.zeros(1)
-            xml = self.camera(scene, folder, rng, float(np.median(depth[depth > 0])) if (depth > 0).any() else 0.0)
+            xml = self.camera(scene, folder, rng, self.typical_depth(scene))
             if xml is None:
                 (folder / "useless").touch()
                 return
-        guides = ["odis", "off", "odis", "off"]
-        for i, spp in enumerate([4, 4, rng.choice([1, 2]), rng.choice([8, 16])]):
-            guide = guides[i] if a.guide and spp > 1 else "off"
-            seed = base % 1000000 + i
-            record = folder / f"{spp}-{guide}-{seed}.npy"
-            if not record.exists() and not self.render(xml, record, spp, guide, seed):
+        for record, spp, guide, seed in self.noisy_pictures(rng, base % 1000000):
+            if not (folder / record).exists() and not self.render(xml, folder / record, spp, guide, seed):
                 (folder / "useless").touch()
                 return
         guide = "odis" if a.guide_reference else "off"
@@ -123,15 +159,19 @@ def main():
     p.add_argument("--width", type=int, default=320)
     p.add_argument("--height", type=int, default=224)
     p.add_argument("--reference-spp", type=int, default=128)
-    p.add_argument("--guide", action="store_true", help="half of the noisy pictures with --guide odis")
+    p.add_argument("--guide", action="store_true", help="about half of the noisy pictures with --guide odis")
+    p.add_argument("--every-budget", action="store_true", help="1, 2, 4, 8 and 16 samples a pixel, each with the guide and "
+                   "without, instead of four pictures")
+    p.add_argument("--halves", action="store_true", help="also two independent pictures of half as many samples")
     p.add_argument("--guide-reference", action="store_true")
     p.add_argument("--seed", type=int, default=1)
     p.add_argument("--threads", type=int, default=2)
+    p.add_argument("--part", type=part, default=(0, 1), metavar="I/N", help="only this part of the views, for N machines")
     a = p.parse_args()
     maker = Maker(a)
-    for index in range(a.views):
-        for scene in a.scenes:
-            maker.view(scene, index)
+    views = [(scene, index) for index in range(a.views) for scene in a.scenes]
+    for scene, index in views[a.part[0]::a.part[1]]:
+        maker.view(scene, index)
 
 
 if __name__ == "__main__":

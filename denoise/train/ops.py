@@ -32,10 +32,10 @@ def pointer(array):
 
 
 def features(raw, layers, exposure, log2_depth):
-    """raw (23, H, W) float32 -> features (16, H, W), irradiance (H, W, 3)."""
+    """raw (23, H, W) float32 -> features (H/2, W/2, 64), channel 4 c + 2 dy + dx of pixel (dy, dx), irradiance (H, W, 3)."""
     raw = np.ascontiguousarray(raw, np.float32)
     _, height, width = raw.shape
-    f = np.empty((FEATURES, height, width), np.float32)
+    f = np.empty((height // 2, width // 2, 4 * FEATURES), np.float32)
     e = np.empty((height, width, 3), np.float32)
     if library.kpn_train_features(pointer(raw), height, width, layers, ctypes.c_float(exposure),
                                   ctypes.c_float(log2_depth), pointer(f), pointer(e)):
@@ -55,33 +55,43 @@ def measure(raw, layers):
 
 class ApplyKernels(torch.autograd.Function):
     @staticmethod
-    def forward(ctx, logits, parity, fine, coarse):
+    def forward(ctx, logits, parity, fine, coarse, key_fine, key_coarse, scale):
         logits = logits.contiguous()
         n, height, width, _ = fine.shape
         sub = height // logits.shape[1]
         taps = 34 if coarse is not None else 25
         ctx.shape = (n, height, width, sub, logits.shape[3], taps)
         out = torch.empty_like(fine)
+        weights = torch.empty(n, height, width, taps)
         if library.kpn_apply_forward(*ctx.shape, pointer(logits), pointer(parity), pointer(fine), pointer(coarse),
-                                     pointer(out), torch.get_num_threads()):
+                                     pointer(key_fine), pointer(key_coarse), pointer(scale), pointer(weights), pointer(out),
+                                     torch.get_num_threads()):
             raise MemoryError
-        ctx.save_for_backward(logits, parity, fine, coarse)
+        ctx.save_for_backward(logits, parity, fine, coarse, key_fine, key_coarse, scale, weights)
         return out
 
     @staticmethod
     def backward(ctx, grad_out):
-        logits, parity, fine, coarse = ctx.saved_tensors
+        logits, parity, fine, coarse, key_fine, key_coarse, scale, weights = ctx.saved_tensors
         grad_logits = torch.zeros_like(logits)
         grad_fine = torch.zeros_like(fine) if ctx.needs_input_grad[2] else None
         grad_coarse = torch.zeros_like(coarse) if coarse is not None else None
         grad_parity = torch.zeros(fine.shape[0], 4, 9) if parity is not None else None
+        grad_key_fine = torch.zeros_like(key_fine)
+        grad_key_coarse = torch.zeros_like(key_coarse) if coarse is not None else None
+        grad_scale = torch.zeros(fine.shape[0], 2, 8)
         if library.kpn_apply_backward(*ctx.shape, pointer(logits), pointer(parity), pointer(fine), pointer(coarse),
+                                      pointer(key_fine), pointer(key_coarse), pointer(scale), pointer(weights),
                                       pointer(grad_out.contiguous()), pointer(grad_logits), pointer(grad_parity),
-                                      pointer(grad_fine), pointer(grad_coarse), torch.get_num_threads()):
+                                      pointer(grad_fine), pointer(grad_coarse), pointer(grad_key_fine),
+                                      pointer(grad_key_coarse), pointer(grad_scale), torch.get_num_threads()):
             raise MemoryError
-        return grad_logits, None if parity is None else grad_parity.sum(0), grad_fine, grad_coarse
+        return (grad_logits, None if parity is None else grad_parity.sum(0), grad_fine, grad_coarse, grad_key_fine,
+                grad_key_coarse, grad_scale.sum(0))
 
 
-def apply_kernels(logits, parity, fine, coarse):
-    """logits (N, C, h, w), fine (N, H, W, 3) contiguous, coarse (N, H/2, W/2, 3) or None -> (N, H, W, 3)."""
-    return ApplyKernels.apply(logits.permute(0, 2, 3, 1).float(), parity, fine, coarse)
+def apply_kernels(logits, parity, fine, coarse, key_fine, key_coarse, scale):
+    """logits (N, C, h, w), fine (N, H, W, 3) contiguous, coarse (N, H/2, W/2, 3) or None, keys (N, H, W, 8) and
+    (N, H/2, W/2, 8), scale (2, 8) -> (N, H, W, 3)."""
+    return ApplyKernels.apply(logits.permute(0, 2, 3, 1).float(), parity, fine, coarse, key_fine, key_coarse,
+                              scale.contiguous())

@@ -154,9 +154,9 @@ static struct pass_spread measure_spread(const struct fewray_film *film) {
 
 /* Moves a picture's pixel towards the pass's by `share`. The deviation holds the variance of the
  * mean until finish_film(). single: variance of a one-sample picture over the pass's, where the
- * picture so far is one. */
-static void combine_pixel(struct pixel_group *sum, const struct pixel_group *pass, float share,
-                          float single) {
+ * picture so far is one. indirect: the pixel's part of struct fewray_film's. */
+static void combine_pixel(struct pixel_group *sum, const struct pixel_group *pass,
+                          float (*indirect)[3], float share, float single) {
     if (!pass->count)
         return;
     float a = sum->count ? share : 1, n = (float)pass->count;
@@ -172,9 +172,17 @@ static void combine_pixel(struct pixel_group *sum, const struct pixel_group *pas
         sum->albedo[c] += a * (pass->albedo[c] - sum->albedo[c]);
         sum->normal[c] += a * (pass->normal[c] - sum->normal[c]);
     }
+    for (int c = 0; indirect && c < 3; c++)
+        indirect[GROUP_REST][c] += a * (indirect[GROUP_LOOK][c] - indirect[GROUP_REST][c]);
     sum->depth += a * (pass->depth - sum->depth);
     sum->alpha += a * (pass->alpha - sum->alpha);
     sum->count += pass->count;
+}
+
+static void clear_pass(struct fewray_film *film, size_t pixel) {
+    film->groups[pixel * GROUP_COUNT + GROUP_LOOK] = (struct pixel_group){.count = 0};
+    for (int c = 0; film->indirect && c < 3; c++)
+        film->indirect[pixel * GROUP_COUNT + GROUP_LOOK][c] = 0;
 }
 
 /* Takes the pass's picture from GROUP_LOOK into the mean in GROUP_REST. A first pass of one sample
@@ -196,8 +204,10 @@ static void combine_pass(struct ppg_job *job, int pass) {
     size_t pixels = (size_t)film->width * (size_t)film->height;
     for (size_t i = 0; i < pixels; i++) {
         struct pixel_group *groups = &film->groups[i * GROUP_COUNT];
-        combine_pixel(&groups[GROUP_REST], &groups[GROUP_LOOK], (float)share, (float)single);
-        groups[GROUP_LOOK] = (struct pixel_group){.count = 0};
+        float(*indirect)[3] = film->indirect ? &film->indirect[i * GROUP_COUNT] : NULL;
+        combine_pixel(&groups[GROUP_REST], &groups[GROUP_LOOK], indirect, (float)share,
+                      (float)single);
+        clear_pass(film, i);
     }
 }
 
@@ -207,7 +217,7 @@ static void finish_film(struct fewray_film *film) {
     size_t pixels = (size_t)film->width * (size_t)film->height;
     for (size_t i = 0; i < pixels; i++) {
         struct pixel_group *g = &film->groups[i * GROUP_COUNT + GROUP_REST];
-        film->groups[i * GROUP_COUNT + GROUP_LOOK] = (struct pixel_group){.count = 0};
+        clear_pass(film, i);
         for (int c = 0; c < 3; c++)
             g->deviation[c] *= (float)g->count * (float)(g->count - 1);
     }

@@ -56,11 +56,17 @@ int fewray_film_create(const struct fewray_world *world,
     if (film) {
         picture_size(&world->scene->camera, settings, &film->width, &film->height);
         film->look_weight = settings->look_weight;
+        film->wants_direct = settings->direct;
+        film->wants_indirect = settings->indirect;
         film->groups =
             calloc((size_t)film->width * (size_t)film->height * GROUP_COUNT, sizeof(*film->groups));
         film->edges = calloc((size_t)film->width * (size_t)film->height, sizeof(*film->edges));
     }
-    if (!film || !film->groups || !film->edges) {
+    const bool split = settings->direct || settings->indirect;
+    if (film && split)
+        film->indirect = calloc((size_t)film->width * (size_t)film->height * GROUP_COUNT,
+                                sizeof(*film->indirect));
+    if (!film || !film->groups || !film->edges || (split && !film->indirect)) {
         fewray_film_destroy(&film);
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
                            "no memory for the picture; make it smaller with --width and --height");
@@ -74,6 +80,7 @@ void fewray_film_destroy(struct fewray_film **film) {
         return;
     free((*film)->groups);
     free((*film)->edges);
+    free((*film)->indirect);
     free(*film);
     *film = NULL;
 }
@@ -110,6 +117,7 @@ void pixel_sums_add(struct pixel_sums *sums, const struct path_sample *p) {
     accumulate(sums->emission, p->emission);
     accumulate(sums->albedo, p->albedo);
     accumulate(sums->normal, p->normal);
+    accumulate(sums->indirect, p->indirect);
     sums->depth += p->depth;
     sums->alpha += p->alpha;
 }
@@ -133,6 +141,10 @@ void film_add(struct fewray_film *film, int x, int y, int group, const struct pi
         g->emission[c] = mix(g->emission[c], sums->emission[c] * each, share);
         g->albedo[c] = mix(g->albedo[c], sums->albedo[c] * each, share);
         g->normal[c] = mix(g->normal[c], sums->normal[c] * each, share);
+    }
+    for (int c = 0; film->indirect && c < 3; c++) {
+        float *mean = &film->indirect[g - film->groups][c];
+        *mean = mix(*mean, sums->indirect[c] * each, share);
     }
     g->depth = mix(g->depth, sums->depth * each, share);
     g->alpha = mix(g->alpha, sums->alpha * each, share);
@@ -174,7 +186,7 @@ static float mean_variance(const struct pixel_group *a, const struct pixel_group
 
 struct layer_planes {
     float *color[3], *variance[3], *albedo[3], *shaded_albedo[3], *normal[3], *emission[3],
-        *depth[3], *irradiance[3], *confidence[3], *alpha;
+        *depth[3], *irradiance[3], *confidence[3], *direct[3], *indirect[3], *alpha;
 };
 
 /* What more camera rays saw of pixel i instead of what its samples saw. */
@@ -187,6 +199,21 @@ static void replace_features(const struct pixel_edge *edge, size_t i,
         p->normal[c][i] = edge->normal[c];
     }
     p->depth[0][i] = edge->depth;
+}
+
+/* The colour's parts, which add up to it but for rounding. share: the look's. */
+static void fill_parts(const struct fewray_film *film, size_t i, float share,
+                       const struct layer_planes *p) {
+    const float *look = film->indirect[i * GROUP_COUNT + GROUP_LOOK];
+    const float *rest = film->indirect[i * GROUP_COUNT + GROUP_REST];
+    for (int c = 0; c < 3; c++) {
+        float color = p->color[c][i];
+        float indirect = fminf(share * look[c] + (1 - share) * rest[c], color);
+        if (p->indirect[c])
+            p->indirect[c][i] = indirect;
+        if (p->direct[c])
+            p->direct[c][i] = color - indirect;
+    }
 }
 
 static void fill_pixel(const struct fewray_film *film, const struct fewray_maps *maps, int x, int y,
@@ -207,6 +234,8 @@ static void fill_pixel(const struct fewray_film *film, const struct fewray_maps 
     if (film->edges[i].refined)
         replace_features(&film->edges[i], i, p);
     p->alpha[i] = s * look->alpha + (1 - s) * rest->alpha;
+    if (film->indirect)
+        fill_parts(film, i, s, p);
 }
 
 /* Irradiance / pi at a pixel from the maps around it, by the pixel's own mean normal. */
@@ -217,6 +246,17 @@ static void fill_irradiance(const struct fewray_maps *maps, int x, int y, size_t
     p->irradiance[0][i] = e.x;
     p->irradiance[1][i] = e.y;
     p->irradiance[2][i] = e.z;
+}
+
+static bool add_parts(const struct fewray_film *film, struct fewray_frame *frame,
+                      struct layer_planes *p) {
+    static const char *const names[2][3] = {{"direct.R", "direct.G", "direct.B"},
+                                            {"indirect.R", "indirect.G", "indirect.B"}};
+    for (int c = 0; c < 3; c++)
+        if ((film->wants_direct && !(p->direct[c] = fewray_frame_add(frame, names[0][c]))) ||
+            (film->wants_indirect && !(p->indirect[c] = fewray_frame_add(frame, names[1][c]))))
+            return false;
+    return true;
 }
 
 int fewray_film_frame(const struct fewray_film *film, const struct fewray_maps *maps,
@@ -235,7 +275,7 @@ int fewray_film_frame(const struct fewray_film *film, const struct fewray_maps *
         fewray_frame_add_layer(frame, FEWRAY_SHADED_ALBEDO, p.shaded_albedo) &&
         fewray_frame_add_layer(frame, FEWRAY_NORMAL, p.normal) &&
         fewray_frame_add_layer(frame, FEWRAY_DEPTH, p.depth) &&
-        fewray_frame_add_layer(frame, FEWRAY_EMISSION, p.emission) &&
+        fewray_frame_add_layer(frame, FEWRAY_EMISSION, p.emission) && add_parts(film, frame, &p) &&
         (!maps || (fewray_frame_add_layer(frame, FEWRAY_IRRADIANCE, p.irradiance) &&
                    fewray_frame_add_layer(frame, FEWRAY_IRRADIANCE_CONFIDENCE, p.confidence)));
     if (!complete) {

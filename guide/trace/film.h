@@ -25,10 +25,12 @@ struct pixel_edge {
 };
 
 struct fewray_film {
-    int width, height;          /* pixels */
-    float look_weight;          /* see struct fewray_render_settings */
-    struct pixel_group *groups; /* (height, width, GROUP_COUNT) */
-    struct pixel_edge *edges;   /* (height, width) */
+    int width, height;                 /* pixels */
+    float look_weight;                 /* see struct fewray_render_settings */
+    struct pixel_group *groups;        /* (height, width, GROUP_COUNT) */
+    float (*indirect)[3];              /* means beside the groups'; NULL: not kept apart */
+    bool wants_direct, wants_indirect; /* layers of the frame */
+    struct pixel_edge *edges;          /* (height, width) */
 };
 
 /* Sums of one pixel's samples in double precision; 0-initialised. */
@@ -36,6 +38,7 @@ struct pixel_sums {
     int count, dropped;
     double radiance[3], deviation[3];
     double emission[3], albedo[3], normal[3], depth, alpha;
+    double indirect[3];
 };
 
 /* Adds a sample; one with a NaN or an infinity is dropped and counted instead. */

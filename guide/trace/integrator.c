@@ -284,6 +284,7 @@ static void add_bounce(const struct integrator *in, const struct shading *s,
         trace_incident(in, sampler, state, ray, record ? notes->second : NULL);
     out->rays += incident.rays;
     out->bounce = mul(weight, incident_radiance(&incident, ray.pdf));
+    out->indirect = mul(weight, incident.reflected);
     out->radiance = add(out->radiance, out->bounce);
     if (!record)
         return;

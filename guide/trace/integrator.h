@@ -24,6 +24,7 @@ struct path_sample {
     struct vec3 radiance; /* emission included */
     struct vec3 emission; /* seen by the camera, directly or by perfectly specular surfaces alone */
     struct vec3 bounce;   /* what came by the first vertex's bounce */
+    struct vec3 indirect; /* of that what another surface reflected */
     struct vec3 albedo, normal; /* of the first vertex: the first that isn't perfectly specular;
                                    albedo times what the specular ones before let through */
     float depth;                /* the camera's way to the first vertex; 0 = miss */

@@ -1,3 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
+fewray_unit_test(denoise_models fewray_denoise fewray_nn fewray_features)
 fewray_unit_test(denoise_network fewray_denoise fewray_nn fewray_features)
+fewray_unit_test(denoise_layers fewray_denoise fewray_features)
 fewray_unit_test(denoise_picture fewray_denoise fewray_features)
+fewray_unit_test(denoise_outliers fewray_denoise fewray_features)
+fewray_unit_test(denoise_emitters fewray_denoise fewray_features)

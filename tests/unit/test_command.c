@@ -2,6 +2,7 @@
 /* The built command from outside: exit codes, one line on stderr, files that appear all or not at
  * all. */
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -79,7 +80,11 @@ static void test_wrong_command_lines_exit_2_with_one_line(void **state) {
         "render " SCENE " -o out.exr --bsdf-fraction -0.1",
         "render " SCENE " -o out.exr --map-bins 12",
         "render " SCENE " -o out.exr --probes maybe",
+        "render " SCENE " -o out.exr --aovs direct,sideways",
+        "render " SCENE " -o out.exr --aovs ''",
         "denoise -o out.exr",
+        "denoise in.exr -o out.exr --aov direct,,indirect",
+        "denoise in.exr -o out.exr --aov direct,",
         "denoise in.exr",
         "denoise in.exr -o out.exr --layers frobnicate",
         "compare one.exr",
@@ -138,6 +143,63 @@ static void test_the_whole_way(void **state) {
     assert_int_equal(json_integer_value(json_object_get(stats, "spp")), 2);
     assert_true(json_integer_value(json_object_get(stats, "paths")) <= 40 * 30 * 2);
     json_decref(stats);
+}
+
+/* The largest difference of direct + indirect from the colour, as a part of it. */
+static double parts_difference(const char *name, const char *prefix) {
+    char path[128], channels[3][32];
+    struct fewray_frame *frame = NULL;
+    double largest = 0;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    assert_int_equal(fewray_frame_read_exr(path, &frame, NULL), FEWRAY_OK);
+    for (int c = 0; c < 3; c++) {
+        const float *planes[3];
+        for (int k = 0; k < 3; k++) {
+            snprintf(channels[k], sizeof channels[k], "%s%s%c", prefix,
+                     k == 0 ? "" : (k == 1 ? "direct." : "indirect."), "RGB"[c]);
+            planes[k] = fewray_frame_plane(frame, channels[k]);
+            assert_non_null(planes[k]);
+        }
+        for (int i = 0; i < frame->width * frame->height; i++) {
+            assert_true(planes[1][i] >= 0 && planes[2][i] >= 0);
+            largest = fmax(largest, fabs((double)planes[1][i] + planes[2][i] - planes[0][i]) /
+                                        fmax(planes[0][i], 1e-4));
+        }
+    }
+    fewray_frame_destroy(&frame);
+    return largest;
+}
+
+static void test_direct_and_indirect_light_add_up(void **state) {
+    (void)state;
+    static const char *const guides[] = {"off", "ppg", "odis --pilot off"};
+    for (int g = 0; g < 3; g++) {
+        char line[512];
+        snprintf(line, sizeof line,
+                 "render " SCENE " -o parts.exr --width 40 --height 30 --spp 6 --float "
+                 "--aovs direct,indirect --guide %s",
+                 guides[g]);
+        expect_success(line);
+        assert_true(parts_difference("parts.exr", "noisy.") < 3e-7);
+        assert_true(parts_difference("parts.exr", "") < 3e-6);
+    }
+}
+
+static void test_named_layers_are_denoised(void **state) {
+    (void)state;
+    expect_success("render " SCENE " -o parts.exr --width 40 --height 30 --spp 2 --float "
+                   "--denoise off --aovs direct --aovs indirect");
+    assert_true(parts_difference("parts.exr", "") < 3e-7);
+    expect_success("denoise parts.exr -o clean.exr --float --aov direct,indirect");
+    assert_true(parts_difference("clean.exr", "noisy.") < 3e-7);
+    assert_true(parts_difference("clean.exr", "") < 3e-6);
+    /* again, from the noisy layers */
+    expect_success("denoise clean.exr -o again.exr --float --aov direct:emission,indirect,A");
+    assert_true(parts_difference("again.exr", "noisy.") < 3e-7);
+    assert_true(parts_difference("again.exr", "") < 3e-6);
+    expect_error("denoise parts.exr -o none.exr --aov direct,sideways", 1, "sideways");
+    expect_error("denoise parts.exr -o none.exr --aov albedo", 1, "albedo");
+    assert_false(exists("none.exr"));
 }
 
 static long long stat_of_render(const char *options, const char *name) {
@@ -211,6 +273,8 @@ int main(void) {
         cmocka_unit_test(test_failed_work_exits_1_and_names_the_file),
         cmocka_unit_test(test_help_and_version_exit_0),
         cmocka_unit_test(test_the_whole_way),
+        cmocka_unit_test(test_direct_and_indirect_light_add_up),
+        cmocka_unit_test(test_named_layers_are_denoised),
         cmocka_unit_test(test_every_guide_can_be_chosen),
         cmocka_unit_test(test_given_options_override_the_papers),
         cmocka_unit_test(test_an_interrupted_render_leaves_what_is_done),

@@ -44,6 +44,13 @@ static struct stored stored_tensor(const struct nn_weights *file, const char *la
     return s;
 }
 
+/* A network that is built into the library, and what PyTorch made of it. */
+struct shipped {
+    const unsigned char *weights;
+    size_t (*size)(void);
+    const char *reference;
+};
+
 struct fixture {
     struct nn_weights *weights, *reference;
     struct stored raw;
@@ -58,12 +65,12 @@ static void planes(struct fewray_channels *to, const struct stored *raw, int fir
 }
 
 static int setup(void **state) {
+    const struct shipped *shipped = *state;
     struct fixture *f = calloc(1, sizeof *f);
     struct fewray_error error;
-    assert_int_equal(nn_weights_parse(kpn_weights, kpn_weights_size(), "kpn", &f->weights, &error),
-                     FEWRAY_OK);
-    assert_int_equal(nn_weights_read(TEST_DATA "/kpn_reference.bin", &f->reference, &error),
-                     FEWRAY_OK);
+    assert_int_equal(
+        nn_weights_parse(shipped->weights, shipped->size(), "kpn", &f->weights, &error), FEWRAY_OK);
+    assert_int_equal(nn_weights_read(shipped->reference, &f->reference, &error), FEWRAY_OK);
     f->raw = stored_tensor(f->reference, "raw");
     f->in.width = f->raw.width;
     f->in.height = f->raw.height;
@@ -131,21 +138,22 @@ static void run(const struct fixture *f, enum nn_isa isa, int threads, float *ou
     assert_int_equal(kpn_create(f->weights, nn_kernels_get(isa), &kpn, NULL), FEWRAY_OK);
     assert_int_equal(kpn_measure(&f->in, threads, &scale, NULL), FEWRAY_OK);
     struct kpn_region all = {0, 0, f->in.width, f->in.height};
-    void *memory = aligned_alloc(64, kpn_memory(all.height, all.width, threads));
+    size_t bytes = kpn_memory(kpn, 1, all.height, all.width, threads, 0);
+    void *memory = aligned_alloc(64, bytes);
+    struct kpn_output output = {{out, out + 1, out + 2}, 3, 3 * (ptrdiff_t)all.width};
     struct kpn_job job = {.in = &f->in,
                           .scale = &scale,
                           .region = all,
                           .core = all,
                           .memory = memory,
+                          .memory_bytes = bytes,
                           .threads = threads,
-                          .out_rgb = out};
+                          .out = &output};
     if (comparison) {
         job.trace = compare;
         job.trace_user = comparison;
     }
-    bool filtered = false;
-    assert_int_equal(kpn_run(kpn, &job, &filtered, NULL), FEWRAY_OK);
-    assert_true(filtered);
+    assert_int_equal(kpn_run(kpn, &job, NULL), FEWRAY_OK);
     free(memory);
     kpn_destroy(&kpn);
 }
@@ -155,7 +163,7 @@ static void test_every_layer_equals_pytorch(void **state) {
     float *out = malloc((size_t)(f->in.width * f->in.height * 3) * sizeof *out);
     struct comparison comparison = {f, 0};
     run(f, NN_ISA_AUTO, 2, out, &comparison);
-    assert_int_equal(comparison.compared, 17 + 4 + 4);
+    assert_int_equal(comparison.compared, 17 + 4 + 4 + 1);
     struct stored filtered = stored_tensor(f->reference, "kernel0");
     for (int y = 0; y < f->in.height; y++)
         for (int x = 0; x < f->in.width; x++)
@@ -205,11 +213,20 @@ static void test_instruction_sets_agree(void **state) {
 }
 
 int main(void) {
+    static struct shipped whole = {kpn_weights, kpn_weights_size, TEST_DATA "/kpn_reference.bin"},
+                          fast = {kpn_fast_weights, kpn_fast_weights_size,
+                                  TEST_DATA "/kpn_fast_reference.bin"};
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_stored_features_are_those_of_the_code, setup,
-                                        teardown),
-        cmocka_unit_test_setup_teardown(test_every_layer_equals_pytorch, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_instruction_sets_agree, setup, teardown),
+        cmocka_unit_test_prestate_setup_teardown(test_stored_features_are_those_of_the_code, setup,
+                                                 teardown, &whole),
+        cmocka_unit_test_prestate_setup_teardown(test_every_layer_equals_pytorch, setup, teardown,
+                                                 &whole),
+        cmocka_unit_test_prestate_setup_teardown(test_every_layer_equals_pytorch, setup, teardown,
+                                                 &fast),
+        cmocka_unit_test_prestate_setup_teardown(test_instruction_sets_agree, setup, teardown,
+                                                 &whole),
+        cmocka_unit_test_prestate_setup_teardown(test_instruction_sets_agree, setup, teardown,
+                                                 &fast),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the denoiser promises for any picture, whatever its weights have learned: means of what is
- * there, no invented light, the same bits on any number of threads, tiles without seams. */
+ * there, no invented light, the same bits on any number of threads, parts without seams, no work
+ * where there is no noise. */
 
 #include <float.h>
 #include <math.h>
@@ -88,19 +89,27 @@ static struct fewray_denoise_input all_layers(const struct picture *p) {
     return in;
 }
 
+/* What fewray_denoiser_run() returns; options may be NULL. */
+static int try_denoise(const struct fewray_denoise_input *in, float *out,
+                       const struct fewray_denoise_options *options,
+                       struct fewray_denoise_stats *stats) {
+    struct fewray_denoiser *denoiser = NULL;
+    struct fewray_error error;
+    assert_int_equal(fewray_denoiser_create(options, &denoiser, &error), FEWRAY_OK);
+    int status = fewray_denoiser_run(denoiser, in, out, stats, &error);
+    fewray_denoiser_destroy(&denoiser);
+    assert_null(denoiser);
+    return status;
+}
+
 static struct fewray_denoise_stats denoise(const struct fewray_denoise_input *in, float *out,
                                            int threads, size_t memory) {
     struct fewray_denoise_options options;
     struct fewray_denoise_stats stats;
-    struct fewray_denoiser *denoiser = NULL;
-    struct fewray_error error;
     fewray_denoise_options_init(&options);
     options.threads = threads;
     options.max_memory = memory;
-    assert_int_equal(fewray_denoiser_create(&options, &denoiser, &error), FEWRAY_OK);
-    assert_int_equal(fewray_denoiser_run(denoiser, in, out, &stats, &error), FEWRAY_OK);
-    fewray_denoiser_destroy(&denoiser);
-    assert_null(denoiser);
+    assert_int_equal(try_denoise(in, out, &options, &stats), FEWRAY_OK);
     return stats;
 }
 
@@ -136,8 +145,9 @@ static void test_black_stays_black_and_is_skipped(void **state) {
     struct fewray_denoise_input in = all_layers(&p);
     memset(p.out, 1, count(&p) * sizeof(float));
     struct fewray_denoise_stats stats = denoise(&in, p.out, 2, 0);
-    assert_int_equal(stats.tiles, 1);
+    assert_int_equal(stats.tiles, 2);
     assert_int_equal(stats.tiles_denoised, 0);
+    assert_int_equal(stats.regions, 0);
     for (size_t i = 0; i < count(&p); i++)
         assert_true(p.out[i] == 0.0f);
     picture_clear(&p);
@@ -207,19 +217,118 @@ static void test_threads_give_the_same_bits(void **state) {
     picture_clear(&p);
 }
 
-static void test_tiles_equal_the_whole(void **state) {
-    (void)state;
-    struct picture p = room(701, 523);
+/* With less and less memory the picture goes through the network in lower bands of rows, then in
+ * more and more columns, down to the narrowest. */
+static void compare_with_whole(int width, int height, int least_regions) {
+    struct picture p = room(width, height);
     struct fewray_denoise_input in = all_layers(&p);
     float *whole = layer(&p, 3);
-    struct fewray_denoise_stats one = denoise(&in, whole, 2, 0);
-    struct fewray_denoise_stats many = denoise(&in, p.out, 2, one.buffer_bytes * 6 / 10);
-    assert_int_equal(one.tiles, 1);
-    assert_true(many.tiles > 2);
-    assert_true(many.buffer_bytes <= one.buffer_bytes * 6 / 10);
-    for (size_t i = 0; i < count(&p); i++)
-        assert_float_equal(p.out[i], whole[i], 1e-5f * (1e-3f + fabsf(whole[i])));
+    struct fewray_denoise_stats one = denoise(&in, whole, 2, 0), part = one;
+    struct fewray_denoise_options options;
+    fewray_denoise_options_init(&options);
+    options.threads = 2;
+    assert_int_equal(one.regions, 1);
+    int sizes = 0, status = FEWRAY_OK;
+    for (size_t memory = one.buffer_bytes - 1; !status; memory = part.buffer_bytes - 1, sizes++) {
+        options.max_memory = memory;
+        status = try_denoise(&in, p.out, &options, &part);
+        if (status == FEWRAY_ERROR_ARGUMENT)
+            break;
+        assert_true(part.buffer_bytes <= memory);
+        for (size_t i = 0; i < count(&p); i++)
+            assert_float_equal(p.out[i], whole[i], 1e-5f * fabsf(whole[i]));
+    }
+    assert_true(sizes > 1);
+    assert_true(part.regions >= least_regions);
     free(whole);
+    picture_clear(&p);
+}
+
+static void test_bands_and_columns_equal_the_whole(void **state) {
+    (void)state;
+    compare_with_whole(463, 143, 4);
+    compare_with_whole(37, 611, 1);
+}
+
+static void test_empty_background_is_no_work(void **state) {
+    (void)state;
+    struct picture p = room(448, 130);
+    for (int y = 0; y < p.height; y++) /* only the first two tiles of each row are no background */
+        for (int x = 128; x < p.width; x++)
+            for (int c = 0; c < 3; c++) {
+                int i = 3 * (y * p.width + x) + c;
+                p.albedo[i] = p.variance[i] = 0;
+                p.color[i] = p.emission[i] = 0.25f + 0.125f * (float)c;
+            }
+    struct fewray_denoise_input in = all_layers(&p);
+    struct fewray_denoise_stats stats = denoise(&in, p.out, 2, 0);
+    assert_int_equal(stats.tiles, 7 * 3);
+    assert_int_equal(stats.tiles_denoised, 2 * 3);
+    for (int y = 0; y < p.height; y++)
+        for (int i = 3 * (y * p.width + 128); i < 3 * (y + 1) * p.width; i++)
+            assert_true(p.out[i] == p.color[i]);
+    picture_clear(&p);
+}
+
+/* Far parts of a picture are regions of their own, with the network's result of the whole. */
+static void test_what_lies_between_noisy_parts_is_no_work(void **state) {
+    (void)state;
+    struct picture p = room(40, 900);
+    float *whole = layer(&p, 3);
+    struct fewray_denoise_input in = all_layers(&p);
+    struct fewray_denoise_options options;
+    struct fewray_denoise_stats stats;
+    fewray_denoise_options_init(&options);
+    options.settled_error = -1;
+    for (int y = 192; y < 704; y++)
+        for (int i = 3 * y * p.width; i < 3 * (y + 1) * p.width; i++)
+            p.variance[i] = 0.25e-6f * p.color[i] * p.color[i];
+    for (int i = 0; i < p.width * p.height; i++) /* one black pixel can't tell its noise */
+        for (int c = 0; c < 3; c++)
+            p.color[3 * i + c] += 0.01f;
+    assert_int_equal(try_denoise(&in, whole, &options, &stats), FEWRAY_OK);
+    assert_int_equal(stats.tiles_denoised, 15);
+    assert_int_equal(stats.regions, 1);
+    options.settled_error = 0;
+    assert_int_equal(try_denoise(&in, p.out, &options, &stats), FEWRAY_OK);
+    assert_int_equal(stats.tiles, 15);
+    assert_int_equal(stats.tiles_denoised, 15 - 8);
+    assert_int_equal(stats.regions, 2);
+    for (int y = 0; y < p.height; y++)
+        for (int i = 3 * y * p.width; i < 3 * (y + 1) * p.width; i++)
+            if (y >= 192 && y < 704)
+                assert_true(p.out[i] == p.color[i]);
+            else
+                assert_float_equal(p.out[i], whole[i], 1e-5f * whole[i]);
+    free(whole);
+    picture_clear(&p);
+}
+
+static void test_one_noisy_pixel_makes_its_tile_work(void **state) {
+    (void)state;
+    struct picture p = room(128, 64);
+    for (size_t i = 0; i < count(&p); i++) {
+        p.color[i] += 0.01f;
+        p.variance[i] = 4e-6f * p.color[i] * p.color[i];
+    }
+    struct fewray_denoise_input in = all_layers(&p);
+    struct fewray_denoise_options options;
+    struct fewray_denoise_stats stats;
+    fewray_denoise_options_init(&options);
+    assert_int_equal(try_denoise(&in, p.out, &options, &stats), FEWRAY_OK);
+    assert_int_equal(stats.tiles_denoised, 2); /* 0.2 % is more than the default */
+    options.settled_error = 0.0021f;
+    assert_int_equal(try_denoise(&in, p.out, &options, &stats), FEWRAY_OK);
+    assert_int_equal(stats.tiles_denoised, 0);
+    p.variance[3 * (20 * 128 + 100) + 1] *= 9;
+    assert_int_equal(try_denoise(&in, p.out, &options, &stats), FEWRAY_OK);
+    assert_int_equal(stats.tiles_denoised, 1);
+    p.variance[3 * (20 * 128 + 20)] = NAN;
+    assert_int_equal(try_denoise(&in, p.out, &options, &stats), FEWRAY_OK);
+    assert_int_equal(stats.tiles_denoised, 2);
+    in.variance = (struct fewray_channels){0};
+    assert_int_equal(try_denoise(&in, p.out, &options, &stats), FEWRAY_OK);
+    assert_int_equal(stats.tiles_denoised, 2);
     picture_clear(&p);
 }
 
@@ -349,6 +458,37 @@ static void test_progress_and_cancel(void **state) {
     picture_clear(&p);
 }
 
+static void cancel_late(void *user, double fraction) {
+    if (fraction > 0.9)
+        *(volatile int *)user = 1;
+}
+
+static void test_cancelled_frame_keeps_its_colour(void **state) {
+    (void)state;
+    struct fewray_frame *frame = NULL;
+    struct fewray_denoiser *denoiser = NULL;
+    struct fewray_denoise_options options;
+    volatile int cancel = 0;
+    float *color[3];
+    assert_int_equal(fewray_frame_create(40, 900, &frame, NULL), FEWRAY_OK);
+    assert_true(fewray_frame_add_layer(frame, FEWRAY_COLOR, color));
+    for (int i = 0; i < 40 * 900; i++)
+        for (int c = 0; c < 3; c++)
+            color[c][i] = (float)((i * 7 + c) % 101);
+    fewray_denoise_options_init(&options);
+    options.max_memory = 4 << 20; /* little, so that rows are written long before the end */
+    options.progress = cancel_late;
+    options.progress_user = (void *)&cancel;
+    options.cancel = &cancel;
+    assert_int_equal(fewray_denoiser_create(&options, &denoiser, NULL), FEWRAY_OK);
+    assert_int_equal(fewray_denoise_frame(denoiser, frame, NULL, NULL), FEWRAY_ERROR_CANCELLED);
+    for (int i = 0; i < 40 * 900; i++)
+        for (int c = 0; c < 3; c++)
+            assert_true(color[c][i] == (float)((i * 7 + c) % 101));
+    fewray_denoiser_destroy(&denoiser);
+    fewray_frame_destroy(&frame);
+}
+
 static void test_wrong_options_are_errors(void **state) {
     (void)state;
     struct fewray_denoise_options options;
@@ -373,13 +513,17 @@ int main(void) {
         cmocka_unit_test(test_mean_is_kept_and_noise_falls),
         cmocka_unit_test(test_output_lies_between_the_smallest_and_largest_irradiance),
         cmocka_unit_test(test_threads_give_the_same_bits),
-        cmocka_unit_test(test_tiles_equal_the_whole),
+        cmocka_unit_test(test_bands_and_columns_equal_the_whole),
+        cmocka_unit_test(test_empty_background_is_no_work),
+        cmocka_unit_test(test_what_lies_between_noisy_parts_is_no_work),
+        cmocka_unit_test(test_one_noisy_pixel_makes_its_tile_work),
         cmocka_unit_test(test_too_little_memory_is_an_error),
         cmocka_unit_test(test_outlier_is_weighted_away),
         cmocka_unit_test(test_damaged_values_stay_where_they_are),
         cmocka_unit_test(test_smallest_pictures),
         cmocka_unit_test(test_frame_keeps_the_noisy_picture),
         cmocka_unit_test(test_progress_and_cancel),
+        cmocka_unit_test(test_cancelled_frame_keeps_its_colour),
         cmocka_unit_test(test_wrong_options_are_errors),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

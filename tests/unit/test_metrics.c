@@ -47,6 +47,7 @@ static void test_metrics_equal_independent_values(void **state) {
     assert_int_equal(fewray_compare(test, reference, &m, NULL), 0);
     expect_close(expected, "mrse", m.mrse);
     expect_close(expected, "mrse_trimmed", m.mrse_trimmed);
+    expect_close(expected, "mrse_top1", m.mrse_top1);
     expect_close(expected, "mse", m.mse);
     expect_close(expected, "mape", m.mape);
     expect_close(expected, "l1", m.l1);
@@ -66,7 +67,7 @@ static void test_equal_pictures_have_no_error(void **state) {
     struct fewray_frame *frame = make_frame(16, 12, 0.3f);
     struct fewray_metrics m;
     assert_int_equal(fewray_compare(frame, frame, &m, NULL), 0);
-    assert_true(m.mrse == 0 && m.mse == 0 && m.l1 == 0 && m.mape == 0);
+    assert_true(m.mrse == 0 && m.mrse_top1 == 0 && m.mse == 0 && m.l1 == 0 && m.mape == 0);
     assert_true(fabs(m.ssim_loss) < 1e-12);
     assert_true(isinf(m.psnr));
     assert_true(isnan(m.ref_mrse) && isnan(m.mrse_net));

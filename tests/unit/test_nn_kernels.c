@@ -85,7 +85,8 @@ static void assert_untouched_outside(const struct nn_tensor *t, int channels, in
 }
 
 static struct nn_conv random_conv(int kernel, int in_used, int out) {
-    struct nn_conv conv = {.kernel = kernel, .in_used = in_used, .out = out};
+    struct nn_conv conv = {.kernel = kernel, .in_used = in_used, .out_used = out};
+    out = conv.out = (out + NN_LANES - 1) / NN_LANES * NN_LANES;
     conv.in = (in_used + NN_LANES - 1) / NN_LANES * NN_LANES;
     size_t weights = (size_t)out * (size_t)(kernel * kernel * conv.in);
     conv.weights = guarded(weights);
@@ -94,7 +95,7 @@ static struct nn_conv random_conv(int kernel, int in_used, int out) {
         conv.weights[i] =
             (int)(i / NN_LANES) % conv.in < in_used ? random_float(-0.2f, 0.2f) : 0.0f;
     for (int i = 0; i < out; ++i)
-        conv.bias[i] = random_float(-1.0f, 1.0f);
+        conv.bias[i] = i < conv.out_used ? random_float(-1.0f, 1.0f) : 0.0f;
     return conv;
 }
 static void conv_free(struct nn_conv *conv) {
@@ -132,7 +133,7 @@ static void for_each_isa(void (*check)(const struct nn_kernels *kernels)) {
 
 static void check_conv(const struct nn_kernels *kernels, int height, int width) {
     int kernel = random_int(0, 1) ? 3 : 1, in_used = 4 * random_int(1, 17);
-    struct nn_conv conv = random_conv(kernel, in_used, 16 * random_int(1, 5));
+    struct nn_conv conv = random_conv(kernel, in_used, 8 * random_int(1, 10));
     struct nn_tensor in = random_tensor(height, width, conv.in + 16 * random_int(0, 1));
     struct nn_tensor out = tensor(height, width, conv.out + 16 * random_int(0, 1));
     int y0 = random_int(0, height - 1), y1 = random_int(y0, height);
@@ -142,6 +143,10 @@ static void check_conv(const struct nn_kernels *kernels, int height, int width) 
     for (int y = y0; y < y1; ++y)
         for (int x = 0; x < width; ++x)
             for (int o = 0; o < conv.out; ++o) {
+                if (o >= conv.out_used) {
+                    assert_true(nn_at(&out, y, x)[o] == 0.0f);
+                    continue;
+                }
                 double scale, value = reference_conv(&conv, &in, y, x, o, activation, &scale);
                 assert_true(fabs(nn_at(&out, y, x)[o] - value) <= 1e-6 * scale);
             }
@@ -164,7 +169,7 @@ static void test_conv_equals_reference(void **state) {
 static void check_conv_bits(const struct nn_kernels *kernels) {
     for (int i = 0; i < 10; ++i) {
         const int height = 9, width = random_int(1, 40);
-        struct nn_conv conv = random_conv(3, 4 * random_int(1, 12), 16 * random_int(1, 4));
+        struct nn_conv conv = random_conv(3, 4 * random_int(1, 12), 8 * random_int(1, 8));
         struct nn_tensor in = random_tensor(height, width, conv.in);
         struct nn_tensor whole = tensor(height, width, conv.out), parts = copy_tensor(&whole);
         kernels->conv(&conv, &in, &whole, NN_LEAKY_RELU, 0, height);
@@ -205,7 +210,7 @@ static void test_conv_has_same_bits_on_all_fma_sets(void **state) {
     const struct nn_kernels *a = nn_kernels_get(NN_ISA_AVX2), *b = nn_kernels_get(NN_ISA_AVX512);
     if (a->isa == b->isa || a->isa == NN_ISA_PLAIN)
         skip();
-    struct nn_conv conv = random_conv(3, 36, 48);
+    struct nn_conv conv = random_conv(3, 36, 56);
     struct nn_tensor in = random_tensor(11, 37, conv.in);
     struct nn_tensor one = tensor(11, 37, conv.out), other = copy_tensor(&one);
     a->conv(&conv, &in, &one, NN_LEAKY_RELU, 0, 11);
@@ -289,6 +294,49 @@ static void test_upsample_add_equals_reference(void **state) {
     for_each_isa(check_upsample_add);
 }
 
+/* --- affinity: against its formula, for every size and step that the network uses */
+
+static void check_affinity(const struct nn_kernels *kernels) {
+    enum { COUNT = 7, COLUMNS = 2 * COUNT + 4, ROWS = 5, PITCH = 40 };
+    static float keys[ROWS][COLUMNS][NN_KEY];
+    float scale[NN_KEY] = {0.9f, 0.1f, 2, 1, 0, 0.5f, 3, 0}, logits[COUNT * PITCH];
+    for (int y = 0; y < ROWS; y++)
+        for (int x = 0; x < COLUMNS; x++)
+            for (int c = 0; c < NN_KEY; c++)
+                keys[y][x][c] = random_float(-2, 2);
+    for (int size = 3; size <= 5; size += 2)
+        for (int step = 1; step <= 2; step++) {
+            struct nn_affinity affinity = {COUNT,
+                                           size,
+                                           logits,
+                                           PITCH,
+                                           keys[2][2],
+                                           NN_KEY,
+                                           keys[0][0],
+                                           (size_t)(step * NN_KEY),
+                                           COLUMNS * NN_KEY,
+                                           scale};
+            for (int i = 0; i < COUNT * PITCH; i++)
+                logits[i] = (float)i;
+            kernels->add_affinity(&affinity);
+            for (int i = 0; i < COUNT; i++)
+                for (int t = 0; t < PITCH; t++) {
+                    double wanted = i * PITCH + t;
+                    const float *own = keys[2][2 + i];
+                    const float *tap = keys[t / size % ROWS][step * i + t % size];
+                    for (int c = 0; c < NN_KEY - 1 && t < size * size; c++)
+                        wanted -= scale[c] * pow((double)own[c] - tap[c], 2);
+                    wanted += t < size * size ? tap[NN_KEY - 1] : 0;
+                    assert_float_equal(logits[i * PITCH + t], wanted, 1e-4);
+                }
+        }
+}
+
+static void test_affinity_equals_formula(void **state) {
+    (void)state;
+    for_each_isa(check_affinity);
+}
+
 static void check_softmax_row(const float *in, const float *out, int n) {
     double maximum = -INFINITY, total = 0.0, sum = 0.0;
     for (int i = 0; i < n; ++i)
@@ -346,6 +394,41 @@ static void test_softmax_rows_equals_softmax_of_each_row(void **state) {
     for_each_isa(check_softmax_rows);
 }
 
+static void check_softmax_to(const struct nn_kernels *kernels) {
+    static const int lengths[] = {1, 4, 9, 25, 34, 40, 70};
+    for (size_t k = 0; k < 2 * sizeof lengths / sizeof *lengths; ++k) {
+        int n = lengths[k / 2], room = (n + NN_LANES - 1) / NN_LANES * NN_LANES;
+        int rows = random_int(1, 19), stride = n + random_int(0, 3);
+        size_t logit_floats = (size_t)((rows - 1) * stride + n);
+        float *logits = guarded(logit_floats), *bias = guarded((size_t)(2 * room)),
+              *weights = guarded((size_t)(rows * room)), *expected = guarded((size_t)n);
+        for (int i = 0; i < 2 * room; ++i)
+            bias[i] = i % room < n && k % 2 ? random_float(-2.0f, 2.0f) : 0.0f;
+        for (size_t i = 0; i < logit_floats; ++i)
+            logits[i] = random_float(-30.0f, 30.0f);
+        kernels->softmax_to(logits, rows, stride, k % 2 ? bias : NULL, n, weights);
+        for (int row = 0; row < rows; ++row) {
+            for (int i = 0; i < n; ++i)
+                expected[i] = logits[row * stride + i] + bias[row % 2 * room + i];
+            kernels->softmax(expected, n);
+            for (int i = 0; i < n; ++i)
+                assert_true(fabsf(weights[row * room + i] - expected[i]) <=
+                            1e-6f * expected[i] + 1e-30f);
+        }
+        assert_guards(logits, logit_floats);
+        assert_guards(bias, (size_t)(2 * room));
+        assert_guards(weights, (size_t)(rows * room));
+        guarded_free(logits);
+        guarded_free(bias);
+        guarded_free(weights);
+        guarded_free(expected);
+    }
+}
+static void test_softmax_to_equals_softmax(void **state) {
+    (void)state;
+    for_each_isa(check_softmax_to);
+}
+
 static void test_border_is_zero_or_wraps(void **state) {
     (void)state;
     for (int wrap = 0; wrap < 2; ++wrap) {
@@ -393,8 +476,10 @@ int main(void) {
         cmocka_unit_test(test_conv_ignores_padding_channels),
         cmocka_unit_test(test_average_pool_equals_reference),
         cmocka_unit_test(test_upsample_add_equals_reference),
+        cmocka_unit_test(test_affinity_equals_formula),
         cmocka_unit_test(test_softmax_equals_reference),
         cmocka_unit_test(test_softmax_rows_equals_softmax_of_each_row),
+        cmocka_unit_test(test_softmax_to_equals_softmax),
         cmocka_unit_test(test_border_is_zero_or_wraps),
         cmocka_unit_test(test_isa_is_limited_by_option_and_environment),
     };

@@ -256,6 +256,7 @@ static void test_pack_puts_weights_in_lanes_and_zeros_elsewhere(void **state) {
     assert_int_equal(parse(&f, &weights, &error), FEWRAY_OK);
     assert_int_equal(nn_conv_pack(&conv, weights, "layer", 3, IN, OUT, &error), FEWRAY_OK);
     assert_true(conv.kernel == 3 && conv.in == 16 && conv.in_used == 4 && conv.out == 32);
+    assert_int_equal(conv.out_used, (OUT + 7) / 8 * 8);
     for (int o = 0; o < conv.out; ++o) {
         assert_true(conv.bias[o] == (o < OUT ? half_value(half_at(o + 1000)) : 0.0));
         for (int tap = 0; tap < 9; ++tap)

@@ -16,6 +16,7 @@ struct values {
     float share;
     bool flag;
     uint64_t seed;
+    size_t size;
     const char *text;
     struct text_list list;
 };
@@ -28,6 +29,7 @@ static enum parse_result parse(struct values *values, int *first_file,
         {"choice", 0, OPTION_CHOICE, &values->choice, NULL, "", 0, 0, SWITCH},
         {"flag", 0, OPTION_FLAG, &values->flag, NULL, "", 0, 0, NULL},
         {"seed", 0, OPTION_SEED, &values->seed, "S", "", 0, 0, NULL},
+        {"size", 0, OPTION_SIZE, &values->size, "SIZE", "", 0, 0, NULL},
         {"text", 0, OPTION_TEXT, &values->text, "T", "", 0, 0, NULL},
         {"define", 'D', OPTION_DEFINE, &values->list, "NAME=VALUE", "", 0, 0, NULL},
         {0},
@@ -61,6 +63,22 @@ static void test_every_kind_of_option_is_read(void **state) {
     assert_string_equal(values.list.items[1], "b=");
 }
 
+static void test_sizes_have_units(void **state) {
+    (void)state;
+    static const struct {
+        const char *text;
+        size_t bytes;
+    } sizes[] = {
+        {"12345", 12345}, {"3K", 3072}, {"512M", (size_t)512 << 20}, {"2g", (size_t)2 << 30}};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        struct values values = {0};
+        int first_file;
+        assert_int_equal(parse(&values, &first_file, ARGUMENTS("--size", sizes[i].text, "file")),
+                         PARSE_OK);
+        assert_int_equal(values.size, sizes[i].bytes);
+    }
+}
+
 static void test_wrong_values_are_refused(void **state) {
     (void)state;
     static const char *const wrong[][2] = {
@@ -81,6 +99,16 @@ static void test_wrong_values_are_refused(void **state) {
         {"--seed", "-1"},
         {"--seed", "1e3"},
         {"--seed", "18446744073709551616"},
+        {"--size", ""},
+        {"--size", "0"},
+        {"--size", "M"},
+        {"--size", "-1M"},
+        {"--size", "1.5G"},
+        {"--size", "1T"},
+        {"--size", "1MB"},
+        {"--size", " 1M"},
+        {"--size", "17179869184G"},
+        {"--size", "99999999999999999999"},
         {"--text", ""},
         {"-D", "novalue"},
         {"-D", "=value"},
@@ -115,6 +143,7 @@ static void test_help_is_no_error(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_kind_of_option_is_read),
+        cmocka_unit_test(test_sizes_have_units),
         cmocka_unit_test(test_wrong_values_are_refused),
         cmocka_unit_test(test_wrong_shapes_of_a_command_line_are_refused),
         cmocka_unit_test(test_help_is_no_error),
