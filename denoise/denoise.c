@@ -36,11 +36,13 @@ void fewray_denoise_options_init(struct fewray_denoise_options *options) {
 struct fewray_channels fewray_interleaved(const float *rgb, int width) {
     if (!rgb)
         return (struct fewray_channels){0};
-    return (struct fewray_channels){{rgb, rgb + 1, rgb + 2}, 3, (ptrdiff_t)width * 3};
+    return (struct fewray_channels){
+        .channel = {rgb, rgb + 1, rgb + 2}, .pixel_stride = 3, .row_stride = (ptrdiff_t)width * 3};
 }
 
 struct fewray_channels fewray_planar(float *const planes[3], int width) {
-    return (struct fewray_channels){{planes[0], planes[1], planes[2]}, 1, width};
+    return (struct fewray_channels){
+        .channel = {planes[0], planes[1], planes[2]}, .pixel_stride = 1, .row_stride = width};
 }
 
 static int load_weights(const struct fewray_denoise_options *options, struct nn_weights **weights,
@@ -231,8 +233,11 @@ static int check(const struct fewray_denoise_input *in, struct fewray_error *err
                                                &in->irradiance};
     for (int i = 0; i < 7; i++) {
         const float *const *channel = layers[i]->channel;
-        bool all = channel[0] && channel[1] && channel[2],
-             none = !channel[0] && !channel[1] && !channel[2];
+        const uint16_t *const *half = layers[i]->half;
+        const int floats = !!channel[0] + !!channel[1] + !!channel[2],
+                  halves = !!half[0] + !!half[1] + !!half[2];
+        const bool all = floats == 3 || (i > 0 && floats == 0 && halves == 3),
+                   none = floats + halves == 0;
         if (!all && (i == 0 || !none))
             return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
                                "the denoiser needs all three channels of %s",
@@ -251,7 +256,7 @@ int denoiser_run_to(struct fewray_denoiser *denoiser, const struct fewray_denois
     struct kpn_scale scale;
     struct kpn_blocks blocks = {0};
     void *memory = NULL;
-    float *layers = NULL;
+    struct emitters emitters = {0};
     struct fewray_denoise_input split;
     int status = check(in, error);
     if (status == FEWRAY_OK)
@@ -261,18 +266,12 @@ int denoiser_run_to(struct fewray_denoiser *denoiser, const struct fewray_denois
         status = kpn_measure(in, threads, &scale, error);
     if (status != FEWRAY_OK)
         goto done;
-    if (in->albedo.channel[0] && !in->shaded_albedo.channel[0] && !in->emission.channel[0]) {
-        const size_t values = (size_t)in->width * (size_t)in->height * 3;
-        layers = malloc(2 * values * sizeof *layers);
-        if (!layers) {
-            status = fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
-                                 "no memory to look for emitters in the picture");
+    if (kpn_has(&in->albedo) && !kpn_has(&in->shaded_albedo) && !kpn_has(&in->emission)) {
+        status = emitters_find(in, &scale, threads, &emitters, error);
+        if (status != FEWRAY_OK)
             goto done;
-        }
-        emitters_find(in, &scale, threads, layers, layers + values);
         split = *in;
-        split.albedo = fewray_interleaved(layers, in->width);
-        split.emission = fewray_interleaved(layers + values, in->width);
+        split.emitters = &emitters;
         in = &split;
     }
     status = kpn_blocks_find(
@@ -308,7 +307,7 @@ int denoiser_run_to(struct fewray_denoiser *denoiser, const struct fewray_denois
 done:
     kpn_blocks_clear(&blocks);
     free(memory);
-    free(layers);
+    emitters_clear(&emitters);
     return status;
 }
 

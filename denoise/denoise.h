@@ -46,8 +46,9 @@ FEWRAY_API void fewray_denoise_options_init(struct fewray_denoise_options *optio
 /* Three channels of a picture: value c of pixel (x, y) is channel[c][y * row_stride + x *
  * pixel_stride], in floats. */
 struct fewray_channels {
-    const float *channel[3]; /* channel[0] NULL: the picture lacks this layer */
+    const float *channel[3]; /* channel[0] and half[0] NULL: the picture lacks this layer */
     ptrdiff_t pixel_stride, row_stride;
+    const uint16_t *half[3]; /* instead of channel: finite IEEE binary16, with the same strides */
 };
 /* A (height, width, 3) array, rows without gaps. */
 FEWRAY_API struct fewray_channels fewray_interleaved(const float *rgb, int width);
@@ -60,7 +61,7 @@ struct fewray_denoise_layer;
  * emission not negative: fewray_frame_repair() sees to that. */
 struct fewray_denoise_input {
     int width, height;
-    struct fewray_channels color;         /* radiance, linear */
+    struct fewray_channels color;         /* radiance, linear; no half floats */
     struct fewray_channels variance;      /* of the pixel's mean, radiance^2 */
     struct fewray_channels albedo;        /* 0..1 */
     struct fewray_channels shaded_albedo; /* of the samples that color is made of, where albedo
@@ -72,6 +73,7 @@ struct fewray_denoise_input {
     struct fewray_channels irradiance; /* over pi: another estimate of the irradiance, a guide's */
     struct fewray_channels
         confidence; /* in it, 0..1; channel[0] alone; missing: irradiance isn't used */
+    const struct emitters *emitters;           /* the denoiser's own; leave it NULL */
     const struct fewray_denoise_layer *layers; /* more to filter alike; they change no weight */
     int layer_count;
 };
@@ -118,8 +120,8 @@ FEWRAY_API int fewray_denoiser_run(struct fewray_denoiser *denoiser,
                                    struct fewray_denoise_stats *stats, struct fewray_error *error);
 FEWRAY_API void fewray_denoiser_destroy(struct fewray_denoiser **denoiser);
 
-/* Denoises the R, G, B of a frame by its known layers, keeping the old values as noisy.R/G/B; and
- * its A, where that isn't 1 everywhere, keeping noisy.A. */
+/* Denoises the R, G, B of a frame by its known layers, compact or not, keeping the old values as
+ * noisy.R/G/B; and its A, where that isn't 1 everywhere, keeping noisy.A. */
 FEWRAY_API int fewray_denoise_frame(struct fewray_denoiser *denoiser, struct fewray_frame *frame,
                                     struct fewray_denoise_stats *stats, struct fewray_error *error);
 /* The same, and the layers of these names with the same weights, keeping noisy.NAME.R/G/B. A name

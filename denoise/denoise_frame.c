@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "denoise/features_kpn.h"
 #include "denoise/run.h"
 
 #define EMISSION_SUFFIX ":emission"
@@ -12,6 +13,10 @@
 static struct fewray_channels frame_layer(const struct fewray_frame *frame,
                                           enum fewray_layer layer) {
     float *planes[3] = {NULL, NULL, NULL};
+    const uint16_t *half[3];
+    if (fewray_frame_compact_layer(frame, layer, half))
+        return (struct fewray_channels){
+            .half = {half[0], half[1], half[2]}, .pixel_stride = 1, .row_stride = frame->width};
     if (!fewray_frame_layer(frame, layer, planes))
         return (struct fewray_channels){0};
     if (layer == FEWRAY_DEPTH)
@@ -82,10 +87,10 @@ static int take_named(struct fewray_frame *frame, const char *text,
         return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
                            "%s isn't a layer to denoise: the denoiser itself needs it", name);
     if (length < sizeof name && complete) {
-        float *emission[3];
+        const struct fewray_channels emission = frame_layer(frame, FEWRAY_EMISSION);
         if (marked || !strcmp(name, "direct"))
             layer->emission = FEWRAY_EMISSION_INSIDE;
-        else if (!fewray_frame_layer(frame, FEWRAY_EMISSION, emission))
+        else if (!kpn_has(&emission))
             layer->emission = FEWRAY_EMISSION_SHARED;
         return take_planes(frame, names, 3, layer, error);
     }

@@ -9,23 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "denoise/clones.h"
+#include "denoise/input_rows.h"
 
-#define RADIANCE_MAX 1e12f
 #define COMPRESS_MAX 1e6f /* times the median; brighter pixels all look the same to the network */
-
-/* NaN and negative values become 0. */
-CLONED_INLINE float clean(float v) {
-    return v > 0.0f ? (v < RADIANCE_MAX ? v : RADIANCE_MAX) : 0.0f;
-}
-
-CLONED_INLINE float divisor(float albedo) {
-    return albedo > KPN_ALBEDO_MIN ? (albedo < 1e3f ? albedo : 1e3f) : KPN_ALBEDO_MIN;
-}
-
-CLONED_INLINE float luminance(float r, float g, float b) {
-    return 0.2126f * r + 0.7152f * g + 0.0722f * b;
-}
 
 /* log2 of a positive normal number, error below 2e-5; unlike libm's it vectorises. */
 CLONED_INLINE float log2_fast(float x) {
@@ -50,41 +36,14 @@ CLONED_INLINE float compress(float v) {
     return 0.25f * log2_fast(1.0f + 8.0f * (v < COMPRESS_MAX ? v : COMPRESS_MAX));
 }
 
-/* Copies channel c of a row to out, repeating the last pixel beyond the picture; missing layers
- * give `missing`. */
-CLONED_INLINE void gather(const struct fewray_channels *layer, int c, int width, int y, int x0,
-                          int count, float missing, float *out) {
-    if (!layer->channel[c]) {
-        for (int i = 0; i < count; i++)
-            out[i] = missing;
-        return;
-    }
-    const float *row = layer->channel[c] + (ptrdiff_t)y * layer->row_stride;
-    int inside = width - x0 < count ? width - x0 : count;
-    if (inside < 0)
-        inside = 0;
-    if (layer->pixel_stride == 1)
-        memcpy(out, row + x0, (size_t)inside * sizeof *out);
-    else
-        for (int i = 0; i < inside; i++)
-            out[i] = row[(ptrdiff_t)(x0 + i) * layer->pixel_stride];
-    for (int i = inside; i < count; i++)
-        out[i] = row[(ptrdiff_t)(width - 1) * layer->pixel_stride];
-}
-
-/* The albedo by which the colour is divided. */
-CLONED_INLINE const struct fewray_channels *shaded_albedo(const struct fewray_denoise_input *in) {
-    return in->shaded_albedo.channel[0] ? &in->shaded_albedo : &in->albedo;
-}
-
 /* irradiance (3, count); albedo and emission get one channel's row each, for scratch. */
 CLONED_INLINE void irradiance_row(const struct fewray_denoise_input *in, int y, int x0, int count,
                                   float *albedo, float *emission, float *irradiance) {
     for (int c = 0; c < 3; c++) {
         float *e = irradiance + (size_t)c * (size_t)count;
         gather(&in->color, c, in->width, y, x0, count, 0.0f, e);
-        gather(&in->emission, c, in->width, y, x0, count, 0.0f, emission);
-        gather(shaded_albedo(in), c, in->width, y, x0, count, 1.0f, albedo);
+        emission_row(in, c, y, x0, count, emission);
+        shaded_albedo_row(in, c, y, x0, count, albedo);
         for (int i = 0; i < count; i++)
             e[i] = clean(clean(e[i]) - clean(emission[i])) / divisor(albedo[i]);
     }
@@ -132,13 +91,13 @@ CLONED static void count_blocks(const struct fewray_denoise_input *in, int y0, f
         irradiance_row(in, y, 0, width, albedo, row, irradiance);
         for (size_t x = 0; x < w; x++)
             sum[x] += luminance(irradiance[x], irradiance[w + x], irradiance[2 * w + x]);
-        if (in->depth.channel[0]) {
+        if (kpn_has(&in->depth)) {
             gather(&in->depth, 0, width, y, 0, width, 0.0f, row);
             for (int x = 0; x < width; x++)
                 if (clean(row[x]) > 1e-18f)
                     h->depth[bin_of(clean(row[x]))]++;
         }
-        for (int c = 0; c < 3 && in->variance.channel[c] && !h->has_variance; c++) {
+        for (int c = 0; c < 3 && kpn_has(&in->variance) && !h->has_variance; c++) {
             gather(&in->variance, c, width, y, 0, width, 0.0f, row);
             for (int x = 0; x < width; x++)
                 h->has_variance |= row[x] > 0.0f;
@@ -238,7 +197,7 @@ CLONED_INLINE void standard_error_row(const struct fewray_denoise_input *in, int
     memset(out, 0, sizeof(float) * (size_t)count);
     for (int c = 0; c < 3; c++) {
         gather(&in->variance, c, in->width, y, x0, count, 0.0f, variance);
-        gather(shaded_albedo(in), c, in->width, y, x0, count, 1.0f, albedo);
+        shaded_albedo_row(in, c, y, x0, count, albedo);
         for (int i = 0; i < count; i++)
             out[i] += weight[c] * sqrtf(clean(variance[i])) / divisor(albedo[i]);
     }
@@ -253,7 +212,7 @@ CLONED_INLINE void guide_rows(const struct fewray_denoise_input *in, float expos
                               int count, float *rows) {
     size_t n = (size_t)count;
     memset(rows, 0, 4 * n * sizeof *rows);
-    if (!in->irradiance.channel[0] || !in->confidence.channel[0])
+    if (!kpn_has(&in->irradiance) || !kpn_has(&in->confidence))
         return;
     float *confidence = rows + 3 * n;
     gather(&in->confidence, 0, in->width, y, x0, count, 0.0f, confidence);
@@ -291,7 +250,7 @@ CLONED void kpn_feature_row(const struct fewray_denoise_input *in, const struct 
 
     for (int c = 0; c < 3; c++) {
         float *albedo = features + (4 + (size_t)c) * n, *normal = features + (7 + (size_t)c) * n;
-        gather(&in->albedo, c, in->width, y, x0, count, 1.0f, albedo);
+        albedo_row(in, c, y, x0, count, albedo);
         gather(&in->normal, c, in->width, y, x0, count, 0.0f, normal);
         for (size_t i = 0; i < n; i++) {
             float a = clean(albedo[i]);
@@ -309,86 +268,9 @@ CLONED void kpn_feature_row(const struct fewray_denoise_input *in, const struct 
         depth[i] = d > 1e-18f ? relative : 0.0f;
     }
     for (int c = 0; c < 3; c++)
-        gather(&in->emission, c, in->width, y, x0, count, 0.0f, scratch + (size_t)c * n);
+        emission_row(in, c, y, x0, count, scratch + (size_t)c * n);
     for (size_t i = 0; i < n; i++)
         emission[i] = compress(exposure * luminance(clean(scratch[i]), clean(scratch[n + i]),
                                                     clean(scratch[2 * n + i])));
     guide_rows(in, exposure, y, x0, count, features + 12 * n);
-}
-
-CLONED void kpn_remodulate_row(const struct fewray_denoise_input *in, int y, int x0, int count,
-                               const float *filtered, float *out_rgb) {
-    for (int c = 0; c < 3; c++) {
-        const float *albedo = in->albedo.channel[c], *emission = in->emission.channel[c];
-        if (albedo)
-            albedo += y * in->albedo.row_stride + x0 * in->albedo.pixel_stride;
-        if (emission)
-            emission += y * in->emission.row_stride + x0 * in->emission.pixel_stride;
-        for (int i = 0; i < count; i++) {
-            float value = filtered ? filtered[4 * i + c] : 0.0f;
-            if (albedo)
-                value *= divisor(albedo[i * in->albedo.pixel_stride]);
-            if (emission)
-                value += clean(emission[i * in->emission.pixel_stride]);
-            out_rgb[3 * i + c] = value;
-        }
-    }
-}
-
-/* --- other layers */
-
-/* Of a layer's value what isn't filtered. */
-static float unfiltered(enum fewray_emission_part part, float value, float color, float emission) {
-    if (part == FEWRAY_EMISSION_ELSEWHERE || !(emission > 0.0f))
-        return 0.0f;
-    if (part == FEWRAY_EMISSION_INSIDE)
-        return emission;
-    return value < color ? emission * (value / color) : value > 0.0f ? emission : 0.0f;
-}
-
-void kpn_layer_row(const struct fewray_denoise_input *in, const struct fewray_denoise_layer *layer,
-                   int y, int x0, int count, float *scratch, float *irradiance) {
-    y = y < in->height ? y : in->height - 1;
-    x0 = x0 < in->width ? x0 : in->width - 1;
-    float *color = scratch, *emission = color + count, *albedo = emission + count;
-    for (int c = 0; c < 3; c++) {
-        float *e = irradiance + (size_t)c * (size_t)count;
-        gather(&layer->in, c, in->width, y, x0, count, 0.0f, e);
-        gather(&in->color, c, in->width, y, x0, count, 0.0f, color);
-        gather(&in->emission, c, in->width, y, x0, count, 0.0f, emission);
-        gather(shaded_albedo(in), c, in->width, y, x0, count, 1.0f, albedo);
-        for (int i = 0; i < count; i++) {
-            float value = clean(e[i]);
-            float kept = unfiltered(layer->emission, value, clean(color[i]), clean(emission[i]));
-            e[i] = clean(value - kept) / divisor(albedo[i]);
-        }
-    }
-}
-
-static float at(const struct fewray_channels *layer, int c, int y, int x, float missing) {
-    return layer->channel[c] ? layer->channel[c][y * layer->row_stride + x * layer->pixel_stride]
-                             : missing;
-}
-
-void kpn_layer_put_row(const struct fewray_denoise_input *in,
-                       const struct fewray_denoise_layer *layer, int y, int x0, int count,
-                       const float *filtered) {
-    for (int c = 0; c < 3; c++) {
-        float *to = layer->out[c] + y * layer->out_row_stride + x0 * layer->out_pixel_stride;
-        for (int i = 0; i < count; i++) {
-            int x = x0 + i;
-            float value = clean(at(&layer->in, c, y, x, 0.0f));
-            float kept = unfiltered(layer->emission, value, clean(at(&in->color, c, y, x, 0.0f)),
-                                    clean(at(&in->emission, c, y, x, 0.0f)));
-            if (filtered) {
-                value = filtered[4 * i + c];
-                if (in->albedo.channel[c])
-                    value *= divisor(at(&in->albedo, c, y, x, 1.0f));
-                value += kept;
-            } else if (value < kept) {
-                value = kept;
-            }
-            to[i * layer->out_pixel_stride] = value;
-        }
-    }
 }

@@ -17,6 +17,16 @@
 /* Floats of scratch that kpn_feature_row() needs for a row of count pixels. */
 #define KPN_FEATURE_SCRATCH(count) ((size_t)9 * ((size_t)(count) + 2))
 
+/* Whether the picture has this layer. */
+static inline bool kpn_has(const struct fewray_channels *layer) {
+    return layer->channel[0] || layer->half[0];
+}
+/* A value of a layer that the picture has. */
+static inline float kpn_value(const struct fewray_channels *layer, int c, int y, int x) {
+    const ptrdiff_t i = y * layer->row_stride + x * layer->pixel_stride;
+    return layer->channel[c] ? layer->channel[c][i] : fewray_half_value(layer->half[c][i]);
+}
+
 /* Numbers of the whole picture, which bring pictures of any exposure and size to one range. */
 struct kpn_scale {
     float exposure;    /* 1 / median of the irradiance's luminance over 4x4 blocks with light; 0: no

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "denoise/emitters.h"
 #include "denoise/kpn.h"
 #include "denoise/kpn_layers.h"
 
@@ -13,25 +14,26 @@
 
 enum { LIT = 1, EMPTY = 2, SETTLED = 4 };
 
-static const float *pixel(const struct fewray_channels *layer, int c, int y, int x) {
-    return layer->channel[c] + y * layer->row_stride + x * layer->pixel_stride;
-}
-
 /* LIT: there is light to filter. EMPTY: none, on what reflects none. SETTLED: empty, or with little
  * noise. */
 static int look_at(const struct fewray_denoise_input *in, float settled_error, int y, int x) {
     static const float weight[3] = {0.2126f, 0.7152f, 0.0722f};
-    bool lit = false, empty = in->albedo.channel[0] != NULL, sound = settled_error >= 0.0f;
+    bool lit = false, empty = kpn_has(&in->albedo), sound = settled_error >= 0.0f;
     float light = 0.0f, deviation = 0.0f;
     for (int c = 0; c < 3; c++) {
-        float color = *pixel(&in->color, c, y, x);
-        float emission = in->emission.channel[0] ? *pixel(&in->emission, c, y, x) : 0.0f;
+        float color = kpn_value(&in->color, c, y, x);
+        float emission = kpn_has(&in->emission) ? kpn_value(&in->emission, c, y, x) : 0.0f;
+        float albedo = empty ? kpn_value(&in->albedo, c, y, x) : 0.0f;
+        if (in->emitters) {
+            emitters_raise_albedo(in->emitters, y, x, 1, &albedo);
+            emitters_add_emission(in->emitters, in, c, y, x, 1, &emission);
+        }
         lit |= color > (emission > 0.0f ? emission : 0.0f);
-        empty = empty && !(*pixel(&in->albedo, c, y, x) > 0.0f);
+        empty = empty && !(albedo > 0.0f);
         light += weight[c] * color;
         sound = sound && color >= 0.0f && color <= RADIANCE_MAX;
         if (sound) {
-            float variance = *pixel(&in->variance, c, y, x);
+            float variance = kpn_value(&in->variance, c, y, x);
             sound = variance >= 0.0f;
             deviation += weight[c] * sqrtf(variance);
         }
@@ -131,7 +133,7 @@ static void copy_row(const struct fewray_denoise_input *in, int y, int x0, int c
     for (int c = 0; c < 3; c++)
         for (int x = x0; x < x0 + count; x++)
             out->channel[c][y * out->row_stride + x * out->pixel_stride] =
-                *pixel(&in->color, c, y, x);
+                kpn_value(&in->color, c, y, x);
 }
 
 void kpn_blocks_write(const struct fewray_denoise_input *in, const struct kpn_blocks *blocks,

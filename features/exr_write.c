@@ -43,17 +43,22 @@ static int64_t write_bytes(exr_const_context_t exr, void *user_data, const void 
 }
 
 /* Replaces the library's conversion, which turns what half can't hold into infinity. */
-static exr_result_t pack_as_half(exr_encode_pipeline_t *encode) {
-    uint16_t *to = encode->packed_buffer;
+static exr_result_t pack(exr_encode_pipeline_t *encode) {
+    char *to = encode->packed_buffer;
     for (int y = 0; y < encode->chunk.height; y++)
         for (int c = 0; c < encode->channel_count; c++) {
             const exr_coding_channel_info_t *channel = &encode->channels[c];
-            const size_t line = (size_t)y * (size_t)channel->user_line_stride;
-            half_from_floats((const float *)(const void *)(channel->encode_from_ptr + line), to,
-                             (size_t)channel->width);
-            to += channel->width;
+            const void *line = channel->encode_from_ptr + (ptrdiff_t)y * channel->user_line_stride;
+            const size_t width = (size_t)channel->width;
+            if (channel->user_data_type == channel->data_type)
+                memcpy(to, line, width * (size_t)channel->bytes_per_element);
+            else if (channel->data_type == EXR_PIXEL_HALF)
+                half_from_floats(line, (uint16_t *)(void *)to, width);
+            else
+                half_to_floats(line, (float *)(void *)to, width);
+            to += width * (size_t)channel->bytes_per_element;
         }
-    encode->packed_bytes = (uint64_t)((char *)to - (char *)encode->packed_buffer);
+    encode->packed_bytes = (uint64_t)(to - (char *)encode->packed_buffer);
     return EXR_ERR_SUCCESS;
 }
 
@@ -75,7 +80,7 @@ static void store_raw_where_no_shorter(exr_encode_pipeline_t *encode) {
 
 /* Compresses the block of scanlines that starts at y. encode is used again by the thread's next. */
 static exr_result_t encode_block(exr_context_t exr, const struct fewray_frame *frame, int y,
-                                 float *const *planes, bool float32,
+                                 const struct fewray_plane *const *planes,
                                  exr_encode_pipeline_t *encode) {
     const bool first = encode->channels == NULL;
     exr_chunk_info_t chunk;
@@ -87,16 +92,19 @@ static exr_result_t encode_block(exr_context_t exr, const struct fewray_frame *f
         return code;
     for (int c = 0; c < encode->channel_count; c++) {
         exr_coding_channel_info_t *channel = &encode->channels[c];
-        channel->user_data_type = EXR_PIXEL_FLOAT;
-        channel->user_bytes_per_element = sizeof(float);
-        channel->user_pixel_stride = sizeof(float);
-        channel->user_line_stride = frame->width * (int)sizeof(float);
-        channel->encode_from_ptr = (const uint8_t *)(planes[c] + (size_t)y * (size_t)frame->width);
+        const struct fewray_plane *plane = planes[c];
+        const int bytes = plane->half ? (int)sizeof *plane->half : (int)sizeof *plane->data;
+        const uint8_t *values =
+            plane->half ? (const uint8_t *)plane->half : (const uint8_t *)plane->data;
+        channel->user_data_type = plane->half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT;
+        channel->user_bytes_per_element = (int16_t)bytes;
+        channel->user_pixel_stride = bytes;
+        channel->user_line_stride = frame->width * bytes;
+        channel->encode_from_ptr = values + (size_t)y * (size_t)channel->user_line_stride;
     }
     if (first) {
         code = exr_encoding_choose_default_routines(exr, 0, encode);
-        if (!float32)
-            encode->convert_and_pack_fn = pack_as_half;
+        encode->convert_and_pack_fn = pack;
         encode->yield_until_ready_fn = leave_to_caller;
         encode->write_fn = leave_to_caller;
     }
@@ -108,7 +116,7 @@ static exr_result_t encode_block(exr_context_t exr, const struct fewray_frame *f
 }
 
 static exr_result_t write_blocks(exr_context_t exr, const struct fewray_frame *frame,
-                                 float *const *planes, bool float32) {
+                                 const struct fewray_plane *const *planes) {
     const size_t values = frame->plane_count * (size_t)frame->width * (size_t)frame->height;
     int lines;
     exr_result_t result = exr_get_scanlines_per_chunk(exr, 0, &lines);
@@ -119,7 +127,7 @@ static exr_result_t write_blocks(exr_context_t exr, const struct fewray_frame *f
         exr_encode_pipeline_t encode = EXR_ENCODE_PIPELINE_INITIALIZER;
 #pragma omp for ordered schedule(static, 1)
         for (int y = 0; y < frame->height; y += lines) {
-            const exr_result_t code = encode_block(exr, frame, y, planes, float32, &encode);
+            const exr_result_t code = encode_block(exr, frame, y, planes, &encode);
 #pragma omp ordered
             {
                 if (result == EXR_ERR_SUCCESS)
@@ -158,16 +166,18 @@ static exr_result_t declare_part(exr_context_t exr, const struct fewray_frame *f
 
 /* The frame's planes in the order of the file's channels, which the library sorts by name. */
 static exr_result_t sort_planes(exr_const_context_t exr, const struct fewray_frame *frame,
-                                float **planes) {
+                                const struct fewray_plane **planes) {
     const exr_attr_chlist_t *channels;
     const exr_result_t code = exr_get_channels(exr, 0, &channels);
     for (int c = 0; code == EXR_ERR_SUCCESS && c < channels->num_channels; c++)
-        planes[c] = fewray_frame_plane(frame, channels->entries[c].name.str);
+        for (size_t i = 0; i < frame->plane_count; i++)
+            if (!strcmp(frame->planes[i].name, channels->entries[c].name.str))
+                planes[c] = &frame->planes[i];
     return code;
 }
 
 static exr_result_t write_frame(const struct fewray_frame *frame, const char *path, bool float32,
-                                float **planes, struct sink *sink) {
+                                const struct fewray_plane **planes, struct sink *sink) {
     exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
     settings.error_handler_fn = hear_complaint;
     settings.user_data = sink;
@@ -180,7 +190,7 @@ static exr_result_t write_frame(const struct fewray_frame *frame, const char *pa
     if (code == EXR_ERR_SUCCESS)
         code = sort_planes(exr, frame, planes);
     if (code == EXR_ERR_SUCCESS)
-        code = write_blocks(exr, frame, planes, float32);
+        code = write_blocks(exr, frame, planes);
     const exr_result_t finished = exr ? exr_finish(&exr) : EXR_ERR_SUCCESS;
     return code == EXR_ERR_SUCCESS ? finished : code;
 }
@@ -189,7 +199,7 @@ int fewray_frame_write_exr(const struct fewray_frame *frame, const char *path, b
                            struct fewray_error *error) {
     if (frame->plane_count < 1)
         return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, path, 0, "the picture has no channels");
-    float **planes = calloc(frame->plane_count, sizeof *planes);
+    const struct fewray_plane **planes = calloc(frame->plane_count, sizeof *planes);
     if (!planes)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
     struct sink sink = {.fd = -1};

@@ -11,6 +11,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -52,6 +53,7 @@ FEWRAY_API const char *fewray_error_text(const struct fewray_error *error, char 
 struct fewray_plane {
     char name[FEWRAY_NAME_MAX]; /* EXR channel name, "R" or "albedo.R" */
     float *data;                /* (height, width), row 0 on top; owned by the frame */
+    uint16_t *half; /* data's place in a compact plane, whose data is NULL: IEEE binary16, finite */
 };
 
 struct fewray_frame {
@@ -91,10 +93,10 @@ FEWRAY_API int fewray_frame_create(int width, int height, struct fewray_frame **
 FEWRAY_API void fewray_frame_destroy(struct fewray_frame **frame);
 
 /* Adds a plane of zeros and returns its data (owned by the frame, 64-byte aligned); the existing
- * data where a plane of that name exists; NULL without memory or with too long a name. Earlier
- * returned pointers stay valid. */
+ * data where a plane of that name exists; NULL without memory, with too long a name or where the
+ * plane is compact. Earlier returned pointers stay valid. */
 FEWRAY_API float *fewray_frame_add(struct fewray_frame *frame, const char *name);
-/* The data of a plane, or NULL. */
+/* The data of a plane, or NULL; compact planes have none. */
 FEWRAY_API float *fewray_frame_plane(const struct fewray_frame *frame, const char *name);
 /* Adds all channels of a layer: planes[0..2] (planes[0] alone for depth). False without memory. */
 FEWRAY_API bool fewray_frame_add_layer(struct fewray_frame *frame, enum fewray_layer layer,
@@ -102,6 +104,23 @@ FEWRAY_API bool fewray_frame_add_layer(struct fewray_frame *frame, enum fewray_l
 /* Finds all channels of a layer; false (and NULLs) where any misses. */
 FEWRAY_API bool fewray_frame_layer(const struct fewray_frame *frame, enum fewray_layer layer,
                                    float *planes[3]);
+
+/* Makes the layers that guide a denoiser (all but colour and noisy) compact, where half floats hold
+ * each value to the bit, as after reading a file of half floats: half the memory. Other functions
+ * of this header take them as missing, but for fewray_frame_write_exr(), for which nothing
+ * changes. */
+FEWRAY_API void fewray_frame_compact(struct fewray_frame *frame);
+/* Finds a layer of compact planes alone, as fewray_frame_layer(). */
+FEWRAY_API bool fewray_frame_compact_layer(const struct fewray_frame *frame,
+                                           enum fewray_layer layer, const uint16_t *planes[3]);
+/* The value of a finite half float. */
+static inline float fewray_half_value(uint16_t half) {
+    const uint32_t shifted = (uint32_t)(half & 0x7fff) << 13;
+    float value;
+    memcpy(&value, &shifted, sizeof value);
+    value *= 0x1p112f; /* floats' exponents have another bias */
+    return half & 0x8000 ? -value : value;
+}
 
 /* Reads every channel of an EXR file (scanline or tiled, half, float or uint; subsampled channels
  * and deep pictures are refused; no compression, RLE, ZIPS, ZIP, PIZ or PXR24) into a frame of the

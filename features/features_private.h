@@ -42,6 +42,8 @@ bool png_bytes_are_damaged(const void *bytes, size_t size); /* at least 1 */
 
 /* IEEE binary16 of count floats, rounded to nearest even, clamped to +-65504; NaN stays NaN. */
 void half_from_floats(const float *from, uint16_t *to, size_t count);
+/* Of finite half floats. */
+void half_to_floats(const uint16_t *from, float *to, size_t count);
 
 #ifdef __cplusplus
 }

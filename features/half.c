@@ -42,3 +42,8 @@ void half_from_floats(const float *restrict from, uint16_t *restrict to, size_t 
         to[i] = (uint16_t)(sign | finite | nan);
     }
 }
+
+void half_to_floats(const uint16_t *restrict from, float *restrict to, size_t count) {
+    for (size_t i = 0; i < count; i++)
+        to[i] = fewray_half_value(from[i]);
+}

@@ -142,6 +142,7 @@ static int denoise_file(const struct denoise_options *options, const char *path,
     undo_denoising(frame, &options->aovs);
     stats->repaired = fewray_frame_repair(frame);
     repair_aovs(frame, &options->aovs);
+    fewray_frame_compact(frame);
     stats->width = frame->width;
     stats->height = frame->height;
     stats->load_s = clock_lap(&lap);

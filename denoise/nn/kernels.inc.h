@@ -286,7 +286,7 @@ INLINE void sum_lanes_of_eight(key *keys) {
 
 INLINE void affinity_of_pixel(const struct nn_affinity *job, const int size, const float *own_key,
                               const float *first_tap, float *logits) {
-    const ikey last = {0, 0, 0, 0, 0, 0, 0, -1};
+    const key last = {0, 0, 0, 0, 0, 0, 0, 1}; /* where the scale is 0 */
     const int taps = size * size;
     key own, scale;
     memcpy(&own, own_key, sizeof own);
@@ -303,8 +303,7 @@ INLINE void affinity_of_pixel(const struct nn_affinity *job, const int size, con
                            (size_t)((t + i) % size) * NN_KEY,
                        sizeof tap);
                 difference = own - tap;
-                terms[i] =
-                    (key)((last & (ikey)tap) | (~last & (ikey)(-scale * difference * difference)));
+                terms[i] = tap * last - scale * difference * difference;
             }
         }
         sum_lanes_of_eight(terms);

@@ -111,9 +111,23 @@ static void test_only_what_is_black_and_bright_changes(void **state) {
     }
     const struct fewray_denoise_input in = input_of(p);
     const struct kpn_scale scale = {.exposure = 1};
+    struct emitters emitters;
+    assert_int_equal(emitters_find(&in, &scale, 1, &emitters, NULL), FEWRAY_OK);
     float *albedo = malloc(sizeof p->albedo);
     assert_non_null(albedo);
-    emitters_find(&in, &scale, 1, albedo, p->emission);
+    for (int y = 0; y < HEIGHT; y++)
+        for (int c = 0; c < 3; c++) {
+            float raised[WIDTH + 9], emitted[WIDTH + 9] = {0};
+            for (int x = 0; x < WIDTH + 9; x++)
+                raised[x] = p->albedo[3 * (y * WIDTH + (x < WIDTH ? x : WIDTH - 1)) + c];
+            emitters_raise_albedo(&emitters, y, 0, WIDTH + 9, raised);
+            emitters_add_emission(&emitters, &in, c, y, 0, WIDTH + 9, emitted);
+            for (int x = 0; x < WIDTH; x++) {
+                albedo[3 * (y * WIDTH + x) + c] = raised[x];
+                p->emission[3 * (y * WIDTH + x) + c] = emitted[x];
+            }
+            assert_true(raised[WIDTH + 8] == raised[WIDTH - 1]);
+        }
     for (int i = 0; i < COUNT; i++) {
         const int x = i % WIDTH, y = i / WIDTH;
         if (in_window(x, y))
@@ -124,6 +138,7 @@ static void test_only_what_is_black_and_bright_changes(void **state) {
             assert_true(albedo[3 * i] == p->albedo[3 * i]);
     }
     assert_true(albedo[dark] == 0.005f && albedo[outlier] == 0.005f);
+    emitters_clear(&emitters);
     free(albedo);
     free(p);
 }
@@ -137,7 +152,7 @@ static void test_an_emission_layer_is_believed(void **state) {
     float *out = malloc(sizeof p->out);
     assert_non_null(out);
     memcpy(out, p->out, sizeof p->out);
-    in.emission = (struct fewray_channels){{NULL, NULL, NULL}, 0, 0};
+    in.emission = (struct fewray_channels){0};
     denoise(&in, p->out);
     assert_memory_not_equal(out, p->out, sizeof p->out);
     free(out);
