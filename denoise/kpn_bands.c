@@ -142,6 +142,8 @@ static int first_needed(const struct kpn_bands *bands, int layer, int buffer) {
 void kpn_bands_drop(struct kpn_bands *bands) {
     for (int b = 1; b < BUFFER_COUNT; b++) {
         int need = INT_MAX;
+        if (kpn_bands_end(bands, b) == 0)
+            continue; /* the border above comes with the first row, all of it */
         for (int i = 0; i < bands->layer_count; i++)
             need = least(need, first_needed(bands, i, b));
         int end = kpn_bands_end(bands, b);

@@ -12,6 +12,8 @@
 #include <cmocka.h>
 
 #include "denoise/kpn.h"
+#include "denoise/kpn_bands.h"
+#include "denoise/kpn_network.h"
 #include "denoise/weights_kpn.h"
 
 /* A stored tensor, (channels, height, width), put together from its two halves. */
@@ -212,6 +214,43 @@ static void test_instruction_sets_agree(void **state) {
     free(fast);
 }
 
+/* Whatever a layer writes lies in the rows that are kept: the border above with its first row, and
+ * never more than there is room for. */
+static void check_bands(const struct kpn *kpn, int height, int band) {
+    struct kpn_bands bands;
+    int room[BUFFER_COUNT];
+    kpn_bands_capacity(kpn->layers, KPN_LAYER_COUNT, kpn->levels, height, band, room);
+    kpn_bands_start(&bands, kpn->layers, KPN_LAYER_COUNT, kpn->levels, height);
+    for (int end = 0; end < height; kpn_bands_drop(&bands)) {
+        end = end + band < height ? end + band : height;
+        for (int i = 0; i < KPN_LAYER_COUNT; i++) {
+            const struct kpn_layer *layer = &kpn->layers[i];
+            const int b = (int)layer->output, begin = bands.made[i];
+            bands.made[i] = kpn_bands_limit(&bands, i, end);
+            if (b == NONE || bands.made[i] == begin)
+                continue;
+            const int border = b >= FIRST_IMAGE ? KPN_BORDER : 1;
+            const int first = begin == 0 ? -border : layer->op == OP_KEY ? 2 * begin : begin;
+            assert_true(bands.first[b] <= first);
+            assert_true(kpn_bands_end(&bands, b) - bands.first[b] <= room[b]);
+            if (layer->op == OP_DOWN)
+                assert_true(bands.first[kpn_keys_of(layer->output)] <= first);
+        }
+    }
+    for (int i = 0; i < KPN_LAYER_COUNT; i++)
+        assert_int_equal(bands.made[i], kpn_bands_rows(&bands, i));
+}
+
+static void test_bands_keep_what_layers_write(void **state) {
+    const struct fixture *f = *state;
+    struct kpn *kpn = NULL;
+    assert_int_equal(kpn_create(f->weights, nn_kernels_get(NN_ISA_AUTO), &kpn, NULL), FEWRAY_OK);
+    for (int height = KPN_ALIGN; height <= 1200; height += 3 * KPN_ALIGN)
+        for (int band = KPN_ALIGN; band <= height; band += KPN_ALIGN)
+            check_bands(kpn, height, band);
+    kpn_destroy(&kpn);
+}
+
 int main(void) {
     static struct shipped whole = {kpn_weights, kpn_weights_size, TEST_DATA "/kpn_reference.bin"},
                           fast = {kpn_fast_weights, kpn_fast_weights_size,
@@ -223,6 +262,8 @@ int main(void) {
                                                  &whole),
         cmocka_unit_test_prestate_setup_teardown(test_every_layer_equals_pytorch, setup, teardown,
                                                  &fast),
+        cmocka_unit_test_prestate_setup_teardown(test_bands_keep_what_layers_write, setup, teardown,
+                                                 &whole),
         cmocka_unit_test_prestate_setup_teardown(test_instruction_sets_agree, setup, teardown,
                                                  &whole),
         cmocka_unit_test_prestate_setup_teardown(test_instruction_sets_agree, setup, teardown,

@@ -49,6 +49,7 @@ static void test_bands_and_columns_equal_the_whole(void **state) {
     (void)state;
     compare_with_whole(463, 79, 4);
     compare_with_whole(37, 451, 1);
+    compare_with_whole(150, 330, 1);
 }
 
 static void test_empty_background_is_no_work(void **state) {
