@@ -11,7 +11,7 @@
 #include "denoise/emitters.h"
 #include "denoise/features_kpn.h"
 
-#define RADIANCE_MAX 1e12f
+#define RADIANCE_MAX 1e12f /* more is damage */
 
 /* NaN and negative values become 0. */
 CLONED_INLINE float clean(float v) {

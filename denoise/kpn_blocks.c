@@ -7,10 +7,9 @@
 #include <stdlib.h>
 
 #include "denoise/emitters.h"
+#include "denoise/input_rows.h"
 #include "denoise/kpn.h"
 #include "denoise/kpn_layers.h"
-
-#define RADIANCE_MAX 1e12f /* more is damage */
 
 enum { LIT = 1, EMPTY = 2, SETTLED = 4 };
 

@@ -136,15 +136,4 @@ const struct nn_kernels *nn_kernels_get(enum nn_isa isa);
 /* "auto", "plain", "avx2", "avx512" -> *isa; false for other names. */
 bool nn_isa_from_name(const char *name, enum nn_isa *isa);
 
-/* --- arena: the memory of one network, planned from its graph before it runs */
-
-/* Plans where buffers with lifetimes [first, last] (steps of the graph, inclusive) lie so that live
- * ones never overlap. offsets[i] gets a multiple of 64; returns the bytes needed. Greedy by size;
- * at most 64 buffers. */
-struct nn_buffer {
-    size_t bytes;
-    int first, last;
-};
-size_t nn_arena_plan(const struct nn_buffer *buffers, int count, size_t *offsets);
-
 #endif

@@ -73,7 +73,7 @@ def main():
     name = state.get("network", "default")
     stem = SHIPPED[a.shipped or (name if name in SHIPPED else "default")]
     info = {"network": "kpn", "version": 1, "features": 16, "model": name, "widths": model.widths}
-    keep = ("batch", "crop", "rate", "seed", "minutes", "bf16", "l1")
+    keep = ("batch", "crop", "rate", "seed", "minutes", "bf16", "l1", "blotches", "ssim", "floor", "model")
     info.update(command="train.py", settings={k: state["arguments"].get(k) for k in keep}, steps=state["steps"],
                 seconds=round(state["elapsed"]), views=state["views"], validation=state["log"][-1:])
     tensors = {name: value.numpy().astype(np.float16) for name, value in models.weight_tensors(model).items()}

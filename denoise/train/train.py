@@ -14,13 +14,12 @@ import torch.nn.functional as F
 import dataset
 import model as models
 
-
 BLOTCH = 4  # pixels of the blocks whose means have a loss, too
 
 
 def loss_terms(x, r):
-    """Relative L1 and L2 of each sample. The divisor comes from both pictures and carries no gradient: an outlier in either is bounded,
-    and a noisy reference biases the optimum less than dividing by it alone would."""
+    """Relative L1 and L2 of each sample. The divisor comes from both pictures and carries no gradient: an outlier in either
+    is bounded, and a noisy reference biases the optimum less than dividing by it alone would."""
     d = 0.35 * x.detach() + 0.65 * r
     return ((x - r).abs() / (d + 0.1)).mean((1, 2, 3)), ((x - r) ** 2 / (d * d + 0.01)).mean((1, 2, 3))
 
@@ -133,8 +132,8 @@ def main():
             log.append({"seconds": round(elapsed), "steps": steps, "loss": [s / max(count, 1) for s in sums],
                         "noisy": before, "denoised": after, "ratio": before / after})
             print(json.dumps(log[-1]), flush=True)
-            save(out, {"network": a.model, "model": model.state_dict(), "average": average.state_dict(), "steps": steps, "log": log,
-                       "optimizer": optimizer.state_dict(), "elapsed": elapsed, "arguments": vars(a),
+            save(out, {"network": a.model, "model": model.state_dict(), "average": average.state_dict(), "steps": steps,
+                       "log": log, "optimizer": optimizer.state_dict(), "elapsed": elapsed, "arguments": vars(a),
                        "views": [len(train), len(validation)]})
             last_report, sums, count = time.time(), [0.0, 0.0], 0
         if done:
