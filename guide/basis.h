@@ -21,29 +21,45 @@ static inline struct vec3 to_world(const struct basis *b, struct vec3 v) {
     return add(add(scale(b->s, v.x), scale(b->t, v.y)), scale(b->n, v.z));
 }
 
+/* sin and cos of 2 pi u for u in [0, 1): to the nearest quarter turn and a polynomial (Taylor's,
+ * whose error is below 2e-8 within an eighth of a turn). */
+static inline void sin_cos_turns(float u, float *sine, float *cosine) {
+    float quarter = floorf(4 * u + 0.5f);
+    float a = (u - 0.25f * quarter) * (2 * PI_F), a2 = a * a;
+    float s = a * (1 + a2 * (-1.f / 6 + a2 * (1.f / 120 + a2 * (-1.f / 5040 + a2 / 362880))));
+    float c = 1 + a2 * (-0.5f + a2 * (1.f / 24 + a2 * (-1.f / 720 + a2 / 40320)));
+    bool odd = quarter == 1 || quarter == 3;
+    float first = odd ? c : s, second = odd ? s : c;
+    *sine = quarter >= 2 && quarter < 4 ? -first : first;
+    *cosine = quarter == 1 || quarter == 2 ? -second : second;
+}
+
 /* Local direction with density cos(theta) / pi (solid angle). */
 static inline struct vec3 cosine_hemisphere(const float u[2]) {
-    float r = sqrtf(u[0]), phi = 2 * PI_F * u[1];
-    return vec(r * cosf(phi), r * sinf(phi), sqrtf(fmaxf(0, 1 - u[0])));
+    float r = sqrtf(u[0]), sine, cosine;
+    sin_cos_turns(u[1], &sine, &cosine);
+    return vec(r * cosine, r * sine, sqrtf(max_float(0, 1 - u[0])));
 }
 
 /* Local direction with density 1 / (2 pi) (solid angle). */
 static inline struct vec3 uniform_hemisphere(const float u[2]) {
-    float z = 1 - u[0], r = sqrtf(fmaxf(0, 1 - z * z)), phi = 2 * PI_F * u[1];
-    return vec(r * cosf(phi), r * sinf(phi), z);
+    float z = 1 - u[0], r = sqrtf(max_float(0, 1 - z * z)), sine, cosine;
+    sin_cos_turns(u[1], &sine, &cosine);
+    return vec(r * cosine, r * sine, z);
 }
 
 /* Direction with density 1 / (4 pi) (solid angle). */
 static inline struct vec3 uniform_sphere(const float u[2]) {
-    float z = 1 - 2 * u[0], r = sqrtf(fmaxf(0, 1 - z * z)), phi = 2 * PI_F * u[1];
-    return vec(r * cosf(phi), r * sinf(phi), z);
+    float z = 1 - 2 * u[0], r = sqrtf(max_float(0, 1 - z * z)), sine, cosine;
+    sin_cos_turns(u[1], &sine, &cosine);
+    return vec(r * cosine, r * sine, z);
 }
 
 /* Local direction with density 1 / (2 pi cone) (solid angle); cone = 1 - cos of its half angle. */
 static inline struct vec3 uniform_cone(float cone, const float u[2]) {
-    float below = u[0] * cone, phi = 2 * PI_F * u[1];
-    float sine = sqrtf(fmaxf(0, below * (2 - below)));
-    return vec(sine * cosf(phi), sine * sinf(phi), 1 - below);
+    float below = u[0] * cone, r = sqrtf(max_float(0, below * (2 - below))), sine, cosine;
+    sin_cos_turns(u[1], &sine, &cosine);
+    return vec(r * cosine, r * sine, 1 - below);
 }
 
 /* Veach 1997, eq. 9.12 (power heuristic, beta = 2) for one sample of each of two techniques.

@@ -70,8 +70,12 @@ static inline struct vec3 from_axes(const float m[9], struct vec3 v) {
     return vec(m[0] * v.x + m[3] * v.y + m[6] * v.z, m[1] * v.x + m[4] * v.y + m[7] * v.z,
                m[2] * v.x + m[5] * v.y + m[8] * v.z);
 }
+/* fmaxf() as one instruction, which loops can be vectorised with; a where b is NaN. */
+static inline float max_float(float a, float b) {
+    return b > a ? b : a;
+}
 static inline float max_component(struct vec3 a) {
-    return fmaxf(a.x, fmaxf(a.y, a.z));
+    return max_float(max_float(a.x, a.y), a.z);
 }
 static inline float mean_component(struct vec3 a) {
     return (a.x + a.y + a.z) * (1.0f / 3);

@@ -56,11 +56,15 @@ static inline void cdf_cut(const float *cdf, size_t n, uint32_t *start, size_t c
     }
 }
 
-/* cdf_sample() by way of cdf_cut()'s table; the same result. */
-static inline size_t cdf_sample_cut(const float *cdf, size_t n, const uint32_t *start, size_t cuts,
-                                    float *u) {
-    size_t k = (size_t)(*u * (float)cuts);
-    size_t i = start[k < cuts ? k : cuts - 1];
+/* The entry of cdf_cut()'s table that u starts from. */
+static inline size_t cdf_cut_of(float u, size_t cuts) {
+    size_t k = (size_t)(u * (float)cuts);
+    return k < cuts ? k : cuts - 1;
+}
+
+/* cdf_sample() from where that entry says; the same result. */
+static inline size_t cdf_sample_from(const float *cdf, size_t n, size_t start, float *u) {
+    size_t i = start;
     while (i > 0 && cdf[i] > *u)
         i--;
     while (i + 1 < n && cdf[i + 1] <= *u)

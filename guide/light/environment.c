@@ -9,17 +9,30 @@
 #include "guide/light/distribution.h"
 
 /* Mitsuba's mapping: u = atan2(x, -z) / 2 pi (mod 1), v = acos(y) / pi. */
-static void to_uv(struct vec3 local, float *u, float *v) {
+static struct environment_place to_place(struct vec3 local) {
     float a = atan2f(local.x, -local.z) * (0.5f / PI_F);
     a -= floorf(a);
-    *u = a < 1 ? a : 0;
     /* acos(y), without its loss of precision at the poles. */
-    *v = atan2f(sqrtf(local.x * local.x + local.z * local.z), local.y) / PI_F;
+    float v = atan2f(sqrtf(local.x * local.x + local.z * local.z), local.y) / PI_F;
+    return (struct environment_place){a < 1 ? a : 0, v};
 }
 
-static struct vec3 from_uv(float u, float v) {
-    float theta = v * PI_F, phi = u * 2 * PI_F, sin_theta = sinf(theta);
-    return vec(sinf(phi) * sin_theta, cosf(theta), -cosf(phi) * sin_theta);
+static float sin_theta_of(float v) {
+    float sine, cosine;
+    sin_cos_turns(0.5f * v, &sine, &cosine);
+    return sine;
+}
+
+static struct vec3 from_place(const struct environment_place *place) {
+    float sin_theta, cos_theta, sin_phi, cos_phi;
+    sin_cos_turns(0.5f * place->v, &sin_theta, &cos_theta);
+    sin_cos_turns(place->u, &sin_phi, &cos_phi);
+    return vec(sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta);
+}
+
+struct environment_place environment_find(const struct environment *e, struct vec3 direction) {
+    return e->kind == ENVIRONMENT_MAP ? to_place(to_axes(e->to_local, direction))
+                                      : (struct environment_place){0, 0};
 }
 
 static struct vec3 map_texel(const struct environment *e, int x, int y) {
@@ -28,27 +41,50 @@ static struct vec3 map_texel(const struct environment *e, int x, int y) {
     return vec(p[0], p[1], p[2]);
 }
 
-/* Bilinear; columns wrap and are sampled at their centres, while the first and last row lie at the
- * poles (Mitsuba's convention). */
-static struct vec3 map_value(const struct environment *e, float u, float v) {
+/* The four texels around a point: columns wrap and are sampled at their centres, while the first and
+ * last row lie at the poles (Mitsuba's convention). */
+struct map_cell {
+    int x[2], y[2];
+    float wx, wy;
+};
+
+static struct map_cell map_cell_at(const struct environment *e, float u, float v) {
     int w = e->image->width, h = e->image->height;
     float x = u * (float)w - 0.5f, y = v * (float)(h - 1);
     float fx = floorf(x), fy = fminf(floorf(y), (float)(h > 1 ? h - 2 : 0));
-    float wx = x - fx, wy = h > 1 ? y - fy : 0;
-    int x0 = ((int)fx + w) % w, x1 = (x0 + 1) % w, y0 = (int)fy, y1 = h > 1 ? y0 + 1 : y0;
-    struct vec3 top = add(scale(map_texel(e, x0, y0), 1 - wx), scale(map_texel(e, x1, y0), wx));
-    struct vec3 bottom = add(scale(map_texel(e, x0, y1), 1 - wx), scale(map_texel(e, x1, y1), wx));
-    return scale(add(scale(top, 1 - wy), scale(bottom, wy)), e->scale);
+    int x0 = ((int)fx + w) % w, y0 = (int)fy;
+    return (struct map_cell){
+        {x0, (x0 + 1) % w}, {y0, h > 1 ? y0 + 1 : y0}, x - fx, h > 1 ? y - fy : 0};
+}
+
+/* Bilinear. */
+static struct vec3 map_value(const struct environment *e, float u, float v) {
+    struct map_cell c = map_cell_at(e, u, v);
+    struct vec3 row[2];
+    for (int k = 0; k < 2; k++)
+        row[k] = add(scale(map_texel(e, c.x[0], c.y[k]), 1 - c.wx),
+                     scale(map_texel(e, c.x[1], c.y[k]), c.wx));
+    return scale(add(scale(row[0], 1 - c.wy), scale(row[1], c.wy)), e->scale);
+}
+
+struct vec3 environment_radiance_at(const struct environment *e,
+                                    const struct environment_place *place) {
+    if (e->kind == ENVIRONMENT_CONSTANT)
+        return e->radiance;
+    return e->kind == ENVIRONMENT_MAP ? map_value(e, place->u, place->v) : vec(0, 0, 0);
 }
 
 struct vec3 environment_radiance(const struct environment *e, struct vec3 direction) {
-    if (e->kind == ENVIRONMENT_CONSTANT)
-        return e->radiance;
-    if (e->kind == ENVIRONMENT_NONE)
-        return vec(0, 0, 0);
-    float u, v;
-    to_uv(to_axes(e->to_local, direction), &u, &v);
-    return map_value(e, u, v);
+    struct environment_place place = environment_find(e, direction);
+    return environment_radiance_at(e, &place);
+}
+
+void environment_prefetch(const struct environment *e, const struct environment_place *place) {
+    struct map_cell c = map_cell_at(e, place->u, place->v);
+    for (int k = 0; k < 2; k++)
+        __builtin_prefetch(e->image->floats +
+                           ((size_t)c.y[k] * (size_t)e->image->width + (size_t)c.x[0]) *
+                               (size_t)e->image->channels);
 }
 
 /* Mean over a few points of the cell, so that bilinear slopes are followed and no lit cell has
@@ -120,29 +156,56 @@ static float cell_pdf(const struct environment_table *t, size_t x, size_t y, flo
     return sin_theta > 0 ? chance * cells / (2 * PI_F * PI_F * sin_theta) : 0;
 }
 
+void environment_draw_row(const struct environment_table *t, const float u[2],
+                          struct environment_draw *draw) {
+    float a = u[0];
+    draw->row = (uint32_t)cdf_sample(t->row_cdf, (size_t)t->height, &a);
+    draw->v = ((float)draw->row + a) / (float)t->height;
+    draw->start = (uint32_t)cdf_cut_of(u[1], (size_t)t->cuts);
+    __builtin_prefetch(t->column_cut + (size_t)draw->row * (size_t)t->cuts + draw->start);
+}
+
+void environment_draw_start(const struct environment_table *t, struct environment_draw *draw) {
+    draw->start = t->column_cut[(size_t)draw->row * (size_t)t->cuts + draw->start];
+    __builtin_prefetch(t->column_cdf + (size_t)draw->row * ((size_t)t->width + 1) + draw->start);
+}
+
+struct vec3 environment_draw_column(const struct environment_table *t, const float u[2],
+                                    const struct environment_draw *draw,
+                                    struct environment_place *place, float *pdf) {
+    float b = u[1];
+    size_t x = cdf_sample_from(t->column_cdf + (size_t)draw->row * ((size_t)t->width + 1),
+                               (size_t)t->width, draw->start, &b);
+    *place = (struct environment_place){((float)x + b) / (float)t->width, draw->v};
+    *pdf = cell_pdf(t, x, draw->row, sin_theta_of(place->v));
+    return from_axes(t->environment->to_local, from_place(place));
+}
+
 struct vec3 environment_sample(const struct environment_table *t, const float u[2], float *pdf) {
     if (t->environment->kind != ENVIRONMENT_MAP) {
         *pdf = 0.25f / PI_F;
         return uniform_sphere(u);
     }
-    float a = u[0], b = u[1];
-    size_t y = cdf_sample(t->row_cdf, (size_t)t->height, &a);
-    size_t x = cdf_sample_cut(t->column_cdf + y * ((size_t)t->width + 1), (size_t)t->width,
-                              t->column_cut + y * (size_t)t->cuts, (size_t)t->cuts, &b);
-    float v = ((float)y + a) / (float)t->height;
-    *pdf = cell_pdf(t, x, y, sinf(v * PI_F));
-    return from_axes(t->environment->to_local, from_uv(((float)x + b) / (float)t->width, v));
+    struct environment_draw draw;
+    struct environment_place place;
+    environment_draw_row(t, u, &draw);
+    environment_draw_start(t, &draw);
+    return environment_draw_column(t, u, &draw, &place, pdf);
 }
 
-float environment_pdf(const struct environment_table *t, struct vec3 direction) {
+float environment_pdf_at(const struct environment_table *t,
+                         const struct environment_place *place) {
     if (t->environment->kind == ENVIRONMENT_NONE)
         return 0;
     if (t->environment->kind == ENVIRONMENT_CONSTANT)
         return 0.25f / PI_F;
-    float u, v;
-    to_uv(to_axes(t->environment->to_local, direction), &u, &v);
-    int x = (int)(u * (float)t->width), y = (int)(v * (float)t->height);
+    int x = (int)(place->u * (float)t->width), y = (int)(place->v * (float)t->height);
     x = x < t->width ? x : t->width - 1;
     y = y < t->height ? y : t->height - 1;
-    return cell_pdf(t, (size_t)x, (size_t)y, sinf(v * PI_F));
+    return cell_pdf(t, (size_t)x, (size_t)y, sin_theta_of(place->v));
+}
+
+float environment_pdf(const struct environment_table *t, struct vec3 direction) {
+    struct environment_place place = environment_find(t->environment, direction);
+    return environment_pdf_at(t, &place);
 }

@@ -21,18 +21,24 @@ static struct vec3 sample_cone(struct vec3 axis, float cone, const float u[2]) {
     return normalize(to_world(&basis, uniform_cone(cone, u)));
 }
 
-float lights_pdf_sky(const struct fewray_world *world, struct vec3 direction) {
+static float sky_pdf(const struct fewray_world *world, const struct environment_place *place,
+                     struct vec3 direction) {
     const struct lights *lights = &world->lights;
     float pdf = 0;
     for (int i = 0; i < lights->distant_count; i++) {
         const struct distant_light *d = &lights->distant[i];
         if (d->kind == DISTANT_ENVIRONMENT)
-            pdf += environment_pdf(&world->environment, direction) * d->chance;
+            pdf += environment_pdf_at(&world->environment, place) * d->chance;
         else if (d->kind == DISTANT_SUN && d->chance > 0 &&
                  in_cone(direction, d->direction, d->cone))
             pdf += d->chance / (2 * PI_F * d->cone);
     }
     return pdf;
+}
+
+float lights_pdf_sky(const struct fewray_world *world, struct vec3 direction) {
+    struct environment_place place = environment_find(&world->scene->environment, direction);
+    return sky_pdf(world, &place, direction);
 }
 
 static struct light_sample sample_distant(const struct fewray_world *world, float pick,
@@ -96,15 +102,29 @@ float lights_pdf_hit(const struct fewray_world *world, struct vec3 from, struct 
     return chance > 0 ? chance * source_pdf(source, from, direction, hit) : 0;
 }
 
-struct vec3 lights_sky(const struct fewray_world *world, struct vec3 direction) {
+/* place: of the direction on the environment's map. */
+static struct vec3 sky_radiance(const struct fewray_world *world,
+                                const struct environment_place *place, struct vec3 direction) {
     const struct lights *lights = &world->lights;
-    struct vec3 radiance = environment_radiance(&world->scene->environment, direction);
+    struct vec3 radiance = environment_radiance_at(&world->scene->environment, place);
     for (int i = 0; i < lights->distant_count; i++) {
         const struct distant_light *d = &lights->distant[i];
         if (d->kind == DISTANT_SUN && in_cone(direction, d->direction, d->cone))
             radiance = add(radiance, d->radiance);
     }
     return radiance;
+}
+
+struct vec3 lights_sky(const struct fewray_world *world, struct vec3 direction) {
+    struct environment_place place = environment_find(&world->scene->environment, direction);
+    return sky_radiance(world, &place, direction);
+}
+
+struct vec3 lights_sky_and_pdf(const struct fewray_world *world, struct vec3 direction,
+                               float *pdf) {
+    struct environment_place place = environment_find(&world->scene->environment, direction);
+    *pdf = sky_pdf(world, &place, direction);
+    return sky_radiance(world, &place, direction);
 }
 
 struct vec3 lights_emitted(const struct fewray_world *world, const struct surface *hit,

@@ -78,6 +78,8 @@ float lights_pdf_sky(const struct fewray_world *world, struct vec3 direction);
 /* Radiance that a ray along the unit direction meets where it leaves the scene: the environment and
  * the sun. */
 struct vec3 lights_sky(const struct fewray_world *world, struct vec3 direction);
+/* Both at once; *pdf is that of lights_pdf_sky(). */
+struct vec3 lights_sky_and_pdf(const struct fewray_world *world, struct vec3 direction, float *pdf);
 /* Radiance that a hit surface emits against the ray. */
 struct vec3 lights_emitted(const struct fewray_world *world, const struct surface *hit,
                            struct vec3 direction);

@@ -4,6 +4,7 @@
  * costs a fraction of a path. */
 
 #include "guide/basis.h"
+#include "guide/trace/bundle.h"
 #include "guide/trace/tiles.h"
 
 #define EMISSION_CONTRAST 0.25f /* of the brightest neighbour: less isn't worth the rays */
@@ -19,6 +20,7 @@ struct edge_job {
     const struct fewray_render_settings *settings;
     struct integrator integrator;
     struct fewray_film *film;
+    const struct bundle_tracer *bundles;
     uint32_t seed;
 };
 
@@ -84,26 +86,23 @@ static int rays_at(const struct edge_tile *tile, int x, int y, int camera_rays) 
     return bright ? camera_rays : edge ? (camera_rays + 3) / 4 : 0;
 }
 
+/* A pixel whose sums are open, and the camera rays on their way to them. */
+struct edge_rays {
+    struct edge_job *job;
+    int count;
+    struct bundle_start starts[BUNDLE_LANES];
+    float x[BUNDLE_LANES], y[BUNDLE_LANES];
+    int pixel_x, pixel_y, used;
+    double sum[FEATURES];
+};
+
 /* Means over the camera rays of a pixel. */
-static void refine_pixel(const struct edge_job *job, int x, int y, int n, struct pixel_edge *edge) {
-    int used = 0;
-    uint32_t seed = hash_combine(hash_combine(job->seed, (uint32_t)x), (uint32_t)y);
-    double sum[FEATURES] = {0};
-    for (int s = 0; s < n; s++) {
-        float u[2];
-        sobol_point((uint32_t)s, seed, u);
-        struct sampler sampler = sampler_start(hash_u32(seed), (uint32_t)s);
-        struct path_sample p =
-            trace_features(&job->integrator, (float)x + u[0], (float)y + u[1], &sampler);
-        const float f[FEATURES] = {p.emission.x, p.emission.y, p.emission.z, p.albedo.x, p.albedo.y,
-                                   p.albedo.z,   p.normal.x,   p.normal.y,   p.normal.z, p.depth};
-        bool finite = true;
-        for (int i = 0; i < FEATURES; i++)
-            finite &= isfinite(f[i]);
-        for (int i = 0; i < FEATURES && finite; i++)
-            sum[i] += f[i];
-        used += finite;
-    }
+static void finish_pixel(struct edge_rays *r) {
+    const struct fewray_film *film = r->job->film;
+    struct pixel_edge *edge =
+        &film->edges[(size_t)r->pixel_y * (size_t)film->width + (size_t)r->pixel_x];
+    const int used = r->used;
+    const double *sum = r->sum;
     edge->refined = used > 0;
     for (int c = 0; c < 3 && used; c++) {
         edge->emission[c] = (float)(sum[EMISSION + c] / used);
@@ -111,23 +110,74 @@ static void refine_pixel(const struct edge_job *job, int x, int y, int n, struct
         edge->normal[c] = (float)(sum[NORMAL + c] / used);
     }
     edge->depth = used ? (float)(sum[DEPTH] / used) : 0;
+    r->used = 0;
+    for (int i = 0; i < FEATURES; i++)
+        r->sum[i] = 0;
+}
+
+static void add_features(struct edge_rays *r, const struct path_sample *p) {
+    const float f[FEATURES] = {p->emission.x, p->emission.y, p->emission.z, p->albedo.x,
+                               p->albedo.y,   p->albedo.z,   p->normal.x,   p->normal.y,
+                               p->normal.z,   p->depth};
+    bool finite = true;
+    for (int i = 0; i < FEATURES; i++)
+        finite &= isfinite(f[i]);
+    for (int i = 0; i < FEATURES && finite; i++)
+        r->sum[i] += f[i];
+    r->used += finite;
+}
+
+static void trace_edge_rays(struct edge_rays *r) {
+    struct path_sample samples[BUNDLE_LANES];
+    if (r->count)
+        r->job->bundles->features(&r->job->integrator, r->count, r->x, r->y, r->starts, samples);
+    for (int i = 0; i < r->count; i++) {
+        if (r->starts[i].x != r->pixel_x || r->starts[i].y != r->pixel_y)
+            finish_pixel(r);
+        r->pixel_x = r->starts[i].x;
+        r->pixel_y = r->starts[i].y;
+        add_features(r, &samples[i]);
+    }
+    r->count = 0;
+}
+
+static void add_edge_ray(struct edge_rays *r, int x, int y, int sample) {
+    float u[2];
+    uint32_t seed = hash_combine(hash_combine(r->job->seed, (uint32_t)x), (uint32_t)y);
+    sobol_point((uint32_t)sample, seed, u);
+    r->starts[r->count] =
+        (struct bundle_start){x, y, sampler_start(hash_u32(seed), (uint32_t)sample), .second = NULL};
+    r->x[r->count] = (float)x + u[0];
+    r->y[r->count] = (float)y + u[1];
+    if (++r->count == BUNDLE_LANES)
+        trace_edge_rays(r);
 }
 
 static void edge_tile(void *user, int x0, int y0, int x1, int y1,
                       struct fewray_render_stats *stats) {
     struct edge_job *job = user;
     struct edge_tile tile;
+    struct edge_rays rays = {.job = job, .pixel_x = x0, .pixel_y = y0};
+    bool any = false;
     read_tile(job->film, x0, y0, &tile);
     for (int y = y0; y < y1; y++)
         for (int x = x0; x < x1; x++) {
             int n = rays_at(&tile, x - x0 + 1, y - y0 + 1, job->settings->camera_rays);
             if (is_cancelled(job->settings) || n <= job->settings->spp)
                 continue;
-            refine_pixel(job, x, y, n,
-                         &job->film->edges[(size_t)y * (size_t)job->film->width + (size_t)x]);
+            if (!any) { /* the first pixel whose sums are open */
+                rays.pixel_x = x;
+                rays.pixel_y = y;
+                any = true;
+            }
+            for (int s = 0; s < n; s++)
+                add_edge_ray(&rays, x, y, s);
             stats->rays += n;
             stats->edge_pixels++;
         }
+    trace_edge_rays(&rays);
+    if (any)
+        finish_pixel(&rays);
 }
 
 int fewray_trace_edges(const struct fewray_world *world,
@@ -136,7 +186,7 @@ int fewray_trace_edges(const struct fewray_world *world,
     if (settings->spp >= settings->camera_rays) /* the samples themselves know the edges better */
         return FEWRAY_OK;
     struct edge_job job = {
-        settings, film_integrator(world, film, settings), film,
+        settings, film_integrator(world, film, settings), film, bundle_tracer_get(),
         hash_combine((uint32_t)settings->seed ^ STREAM_EDGE, (uint32_t)(settings->seed >> 32))};
     return tiles_run(film->width, film->height, settings, "edges", edge_tile, &job, stats, error);
 }

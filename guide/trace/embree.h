@@ -74,4 +74,55 @@ static inline bool embree_occluded(RTCScene scene, struct vec3 origin, struct ve
     return ray.tfar < 0;
 }
 
+/* --- packets of 16 rays; active: -1, or 0 where there is none. Those too far away are no hits, or
+ * blocked. */
+
+static inline void embree_leave_valid(const int active[16], const struct RTCRay16 *ray,
+                                      int valid[16]) {
+    for (int i = 0; i < 16; i++) {
+        float size = fabsf(ray->org_x[i]) + fabsf(ray->org_y[i]) + fabsf(ray->org_z[i]) +
+                     fabsf(ray->dir_x[i]) + fabsf(ray->dir_y[i]) + fabsf(ray->dir_z[i]);
+        valid[i] = size <= EMBREE_COORDINATE_MAX ? active[i] : 0;
+    }
+}
+
+static inline void embree_intersect16(RTCScene scene, const int active[16],
+                                      struct RTCRayHit16 *rays, bool coherent) {
+    int valid[16] __attribute__((aligned(64)));
+    embree_leave_valid(active, &rays->ray, valid);
+    for (int i = 0; i < 16; i++) {
+        rays->hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+        rays->hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+#if FEWRAY_EMBREE >= 4
+    struct RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
+    rtcIntersect16(valid, scene, rays, &arguments);
+#else
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags =
+        coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    rtcIntersect16(valid, scene, &context, rays);
+#endif
+}
+
+/* Sets tfar of the blocked ones below 0. */
+static inline void embree_occluded16(RTCScene scene, const int active[16], struct RTCRay16 *rays) {
+    int valid[16] __attribute__((aligned(64)));
+    embree_leave_valid(active, rays, valid);
+#if FEWRAY_EMBREE >= 4
+    struct RTCOccludedArguments arguments;
+    rtcInitOccludedArguments(&arguments);
+    rtcOccluded16(valid, scene, rays, &arguments);
+#else
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded16(valid, scene, &context, rays);
+#endif
+    for (int i = 0; i < 16; i++)
+        rays->tfar[i] = active[i] && !valid[i] ? -INFINITY : rays->tfar[i];
+}
+
 #endif

@@ -7,12 +7,6 @@
 #include "guide/trace/camera.h"
 #include "guide/trace/direct_light.h"
 
-/* A pixel's samples, the look's and the rest, share one sequence for the camera and for next-event
- * estimation at the first hit, so that they are stratified together. What a map learns from mustn't
- * tell where the samples that it guides lie: from the bounce on they are independent, and so are
- * the parts between which maps learn. */
-enum { BRANCH_LOOK = 1, BRANCH_PATHS };
-
 /* Of a vertex where the look spreads its bounces evenly and maps guide the others. */
 #define LEAST_BREADTH 0.5f
 
@@ -117,11 +111,18 @@ static bool advance(const struct integrator *in, struct sampler *sampler,
     return true;
 }
 
-/* The nearest surface on a ray, or NULL. */
-static struct surface *find_hit(const struct integrator *in, const struct path_ray *ray,
-                                struct surface *surface) {
+/* The nearest surface on a ray, or NULL. Of a ray whose end can't scatter: false where that doesn't
+ * shine. */
+static bool find_hit(const struct integrator *in, const struct path_ray *ray, bool scatters,
+                     struct surface *surface, struct surface **hit) {
     struct vec3 origin = offset_origin(ray->position, ray->geometric_normal, ray->direction);
-    return surface_trace(in->world, origin, ray->direction, false, surface) ? surface : NULL;
+    bool found = false, useful = true;
+    if (scatters)
+        found = surface_trace(in->world, origin, ray->direction, false, surface);
+    else
+        useful = surface_trace_light(in->world, origin, ray->direction, surface, &found);
+    *hit = found ? surface : NULL;
+    return useful;
 }
 
 struct incident trace_incident(const struct integrator *in, struct sampler *sampler,
@@ -133,9 +134,12 @@ struct incident trace_incident(const struct integrator *in, struct sampler *samp
     float bounce_weight = 0; /* f cos of the second vertex's bounce */
     const int first_depth = state.depth;
     for (bool first = true;; first = false, state.depth++) {
-        struct surface surface, *hit = find_hit(in, &ray, &surface);
+        struct surface surface, *hit;
         out.rays++;
-        struct vec3 e = emitted(in->world, hit, ray.direction);
+        /* A record wants to know the first bounce's end, whatever it is. */
+        bool useful =
+            find_hit(in, &ray, first || may_scatter(in, state.depth), &surface, &hit);
+        struct vec3 e = useful ? emitted(in->world, hit, ray.direction) : vec(0, 0, 0);
         float light = is_black(e) || !isfinite(ray.pdf)
                           ? 0
                           : bounce.light_chance * light_pdf(in->world, &ray, hit);

@@ -11,6 +11,12 @@
 #include "guide/trace/sampler.h"
 #include "guide/trace/vertex_log.h"
 
+/* A pixel's samples, the look's and the rest, share one sequence for the camera and for next-event
+ * estimation at the first hit, so that they are stratified together. What a map learns from mustn't
+ * tell where the samples that it guides lie: from the bounce on they are independent, and so are
+ * the parts between which maps learn. */
+enum { BRANCH_LOOK = 1, BRANCH_PATHS };
+
 struct integrator {
     const struct fewray_world *world;
     int width, height;       /* picture, pixels */

@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "guide/trace/tile_paths.h"
 #include "guide/trace/tiles.h"
 
 #define STREAM_LOOK 0x6c6f6f6bu /* keeps the look's random numbers apart from the rest's */
@@ -12,6 +13,7 @@ struct look_job {
     struct integrator integrator;
     struct fewray_film *film;
     struct fewray_look *look;
+    const struct bundle_tracer *bundles;
     uint32_t seed;
 };
 
@@ -35,27 +37,27 @@ static void look_tile(void *user, int x0, int y0, int x1, int y1,
                       struct fewray_render_stats *stats) {
     struct look_job *job = user;
     int n = job->look->samples;
-    for (int y = y0; y < y1; y++)
-        for (int x = x0; x < x1 && !is_cancelled(job->settings); x++) {
-            size_t pixel = (size_t)y * (size_t)job->film->width + (size_t)x;
-            struct pixel_sums sums = {0};
-            for (int s = 0; s < n; s++) {
-                struct sampler sampler =
-                    sampler_start(pixel_seed(job->settings, x, y), (uint32_t)s);
-                float u[2];
-                look_direction(job->seed, x, y, s, u);
-                size_t i = pixel * (size_t)n + (size_t)s;
-                const struct path_notes notes = {
-                    .record = &job->look->records[i],
-                    .second = job->look->seconds ? &job->look->seconds[i] : NULL};
-                struct path_sample p = trace_look_path(&job->integrator, x, y, &sampler, u, &notes);
-                pixel_sums_add(&sums, &p);
-                stats->rays += p.rays;
-            }
-            stats->paths += n;
-            stats->dropped += sums.dropped;
-            film_add(job->film, x, y, GROUP_LOOK, &sums);
+    struct tile_paths paths = {.integrator = &job->integrator,
+                               .film = job->film,
+                               .stats = stats,
+                               .trace = job->bundles->looks,
+                               .group = GROUP_LOOK};
+    for (uint32_t k = 0; k < TILE_SIZE * TILE_SIZE; k++) {
+        int x = x0 + (int)tile_morton_x(k), y = y0 + (int)tile_morton_x(k >> 1);
+        if (x >= x1 || y >= y1 || is_cancelled(job->settings))
+            continue;
+        size_t pixel = (size_t)y * (size_t)job->film->width + (size_t)x;
+        for (int s = 0; s < n; s++) {
+            size_t i = pixel * (size_t)n + (size_t)s;
+            struct bundle_start start = {
+                x, y, sampler_start(pixel_seed(job->settings, x, y), (uint32_t)s),
+                .record = &job->look->records[i],
+                .second = job->look->seconds ? &job->look->seconds[i] : NULL};
+            look_direction(job->seed, x, y, s, start.direction);
+            tile_paths_add(&paths, &start);
         }
+    }
+    tile_paths_end(&paths);
 }
 
 int look_create(int width, int height, int samples, bool seconds, struct fewray_look **out,
@@ -85,7 +87,7 @@ int fewray_trace_look(const struct fewray_world *world,
         look_create(film->width, film->height, settings->initial, settings->probes, &look, error);
     if (!status) {
         struct look_job job = {
-            settings, film_integrator(world, film, settings), film, look,
+            settings, film_integrator(world, film, settings), film, look, bundle_tracer_get(),
             hash_combine((uint32_t)settings->seed ^ STREAM_LOOK, (uint32_t)(settings->seed >> 32))};
         status = tiles_run(film->width, film->height, settings, "first look", look_tile, &job,
                            stats, error);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The samples after the first look, guided where there are maps. */
 
+#include "guide/trace/tile_paths.h"
 #include "guide/trace/tiles.h"
 
 /* Progress of a part of the samples as progress of them all. */
@@ -23,6 +24,7 @@ struct rest_job {
     struct fewray_film *film;
     struct fewray_maps *learning; /* maps that the samples teach; NULL: none */
     struct fewray_look *kept;     /* the last samples before a refinement; NULL: not wanted */
+    const struct bundle_tracer *bundles;
     int look;                     /* samples a pixel of the look */
     int first, end;               /* samples a pixel after it: first <= s < end */
 };
@@ -30,9 +32,9 @@ struct rest_job {
 /* Where what sample s of a pixel saw is to be written. */
 static struct path_notes notes_for(const struct rest_job *job, int x, int y, int s,
                                    struct look_record *record) {
-    struct path_notes notes = {.record = job->learning ? record : NULL};
+    struct path_notes notes = {.record = record};
     int kept = s - (job->end - KEPT_SAMPLES);
-    if (job->learning && job->kept && kept >= 0) {
+    if (job->kept && kept >= 0) {
         size_t i = ((size_t)y * (size_t)job->kept->width + (size_t)x) * KEPT_SAMPLES + (size_t)kept;
         notes.record = &job->kept->records[i];
         notes.second = &job->kept->seconds[i];
@@ -40,9 +42,35 @@ static struct path_notes notes_for(const struct rest_job *job, int x, int y, int
     return notes;
 }
 
-static void rest_tile(void *user, int x0, int y0, int x1, int y1,
-                      struct fewray_render_stats *stats) {
-    struct rest_job *job = user;
+/* Where no sample's path has to be remembered. Pixel by pixel in Morton order, so that a bundle's
+ * camera rays lie close together. */
+static void bundle_tile(struct rest_job *job, int x0, int y0, int x1, int y1,
+                        struct fewray_render_stats *stats) {
+    struct fewray_render_stats counts = {0};
+    struct tile_paths paths = {.integrator = &job->integrator,
+                               .film = job->film,
+                               .stats = &counts,
+                               .trace = job->bundles->paths,
+                               .group = GROUP_REST};
+    for (uint32_t k = 0; k < TILE_SIZE * TILE_SIZE; k++) {
+        int x = x0 + (int)tile_morton_x(k), y = y0 + (int)tile_morton_x(k >> 1);
+        if (x >= x1 || y >= y1 || is_cancelled(job->settings))
+            continue;
+        uint32_t seed = pixel_seed(job->settings, x, y);
+        for (int s = job->first; s < job->end; s++)
+            tile_paths_add(&paths,
+                           &(struct bundle_start){
+                               x, y, sampler_start(seed, (uint32_t)(job->look + s)), .second = NULL});
+    }
+    tile_paths_end(&paths);
+    if (job->first > 0) /* the pixels were counted by an earlier part */
+        counts.pixels_guided = 0;
+    render_stats_add(stats, &counts);
+}
+
+/* Where the maps learn from each sample. */
+static void learning_tile(struct rest_job *job, int x0, int y0, int x1, int y1,
+                          struct fewray_render_stats *stats) {
     struct look_record record;
     for (int y = y0; y < y1; y++)
         for (int x = x0; x < x1 && !is_cancelled(job->settings); x++) {
@@ -56,14 +84,22 @@ static void rest_tile(void *user, int x0, int y0, int x1, int y1,
                 pixel_sums_add(&sums, &p);
                 stats->rays += p.rays;
                 guided |= p.guided;
-                if (job->learning)
-                    maps_learn(job->learning, x, y, notes.record);
+                maps_learn(job->learning, x, y, notes.record);
             }
             stats->paths += job->end - job->first;
             stats->dropped += sums.dropped;
             stats->pixels_guided += guided && job->first == 0;
             film_add(job->film, x, y, GROUP_REST, &sums);
         }
+}
+
+static void rest_tile(void *user, int x0, int y0, int x1, int y1,
+                      struct fewray_render_stats *stats) {
+    struct rest_job *job = user;
+    if (job->learning)
+        learning_tile(job, x0, y0, x1, y1, stats);
+    else
+        bundle_tile(job, x0, y0, x1, y1, stats);
 }
 
 /* Samples a pixel before which the maps are refined next, the look included. */
@@ -109,6 +145,7 @@ int fewray_trace_rest(const struct fewray_world *world, struct fewray_maps *maps
         .settings = settings,
         .integrator = film_integrator(world, film, settings),
         .film = film,
+        .bundles = bundle_tracer_get(),
         .look = look,
     };
     if (maps)

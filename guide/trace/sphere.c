@@ -4,7 +4,7 @@
 
 #include "guide/trace/sphere.h"
 
-#include <assert.h>
+#include <stddef.h>
 
 static void bounds(const struct RTCBoundsFunctionArguments *arguments) {
     const struct mesh *mesh = arguments->geometryUserPtr;
@@ -49,28 +49,50 @@ static bool hit(const struct mesh *mesh, const struct RTCRay *ray, double *t, do
     return true;
 }
 
-/* Rays come one by one: fewray calls rtcIntersect1() and rtcOccluded1() alone. */
+/* Member of ray i in a packet of n, whose arrays follow each other as the members of one ray do
+ * (Embree's own accessors are C++). */
+#define PACKET(type, packet, member)                                                               \
+    (((type *)(packet))[offsetof(struct RTCRayHit, member) / sizeof(float) * n + i])
+
+static struct RTCRay packet_ray(void *packet, unsigned n, unsigned i) {
+    return (struct RTCRay){.org_x = PACKET(float, packet, ray.org_x),
+                           .org_y = PACKET(float, packet, ray.org_y),
+                           .org_z = PACKET(float, packet, ray.org_z),
+                           .tnear = PACKET(float, packet, ray.tnear),
+                           .dir_x = PACKET(float, packet, ray.dir_x),
+                           .dir_y = PACKET(float, packet, ray.dir_y),
+                           .dir_z = PACKET(float, packet, ray.dir_z),
+                           .tfar = PACKET(float, packet, ray.tfar)};
+}
+
 static void intersect(const struct RTCIntersectFunctionNArguments *arguments) {
-    struct RTCRayHit *ray_hit = (struct RTCRayHit *)arguments->rayhit;
-    double t, outward[3];
-    assert(arguments->N == 1);
-    if (!arguments->valid[0] || !hit(arguments->geometryUserPtr, &ray_hit->ray, &t, outward))
-        return;
-    ray_hit->ray.tfar = (float)t;
-    ray_hit->hit = (struct RTCHit){.Ng_x = (float)outward[0],
-                                   .Ng_y = (float)outward[1],
-                                   .Ng_z = (float)outward[2],
-                                   .primID = arguments->primID,
-                                   .geomID = arguments->geomID,
-                                   .instID = {arguments->context->instID[0]}};
+    const unsigned n = arguments->N;
+    void *packet = arguments->rayhit;
+    for (unsigned i = 0; i < n; i++) {
+        struct RTCRay ray = packet_ray(packet, n, i);
+        double t, outward[3];
+        if (!arguments->valid[i] || !hit(arguments->geometryUserPtr, &ray, &t, outward))
+            continue;
+        PACKET(float, packet, ray.tfar) = (float)t;
+        PACKET(float, packet, hit.Ng_x) = (float)outward[0];
+        PACKET(float, packet, hit.Ng_y) = (float)outward[1];
+        PACKET(float, packet, hit.Ng_z) = (float)outward[2];
+        PACKET(float, packet, hit.u) = PACKET(float, packet, hit.v) = 0;
+        PACKET(unsigned, packet, hit.primID) = arguments->primID;
+        PACKET(unsigned, packet, hit.geomID) = arguments->geomID;
+        PACKET(unsigned, packet, hit.instID[0]) = arguments->context->instID[0];
+    }
 }
 
 static void occlude(const struct RTCOccludedFunctionNArguments *arguments) {
-    struct RTCRay *ray = (struct RTCRay *)arguments->ray;
-    double t, outward[3];
-    assert(arguments->N == 1);
-    if (arguments->valid[0] && hit(arguments->geometryUserPtr, ray, &t, outward))
-        ray->tfar = -INFINITY;
+    const unsigned n = arguments->N;
+    void *packet = arguments->ray;
+    for (unsigned i = 0; i < n; i++) {
+        struct RTCRay ray = packet_ray(packet, n, i);
+        double t, outward[3];
+        if (arguments->valid[i] && hit(arguments->geometryUserPtr, &ray, &t, outward))
+            PACKET(float, packet, ray.tfar) = -INFINITY;
+    }
 }
 
 RTCGeometry sphere_geometry(RTCDevice device, const struct mesh *mesh) {

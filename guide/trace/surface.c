@@ -30,14 +30,10 @@ static void fill_triangle(const struct mesh *mesh, float u, float v, struct surf
             out->normal = scale(n, 1 / l);
     }
     out->dp_du = out->dp_dv = vec(0, 0, 0);
-    out->u = u;
-    out->v = v;
-    if (mesh->uvs) {
-        const float *a = mesh->uvs + 2 * (size_t)corner[0], *b = mesh->uvs + 2 * (size_t)corner[1],
-                    *c = mesh->uvs + 2 * (size_t)corner[2];
-        out->u = (1 - u - v) * a[0] + u * b[0] + v * c[0];
-        out->v = (1 - u - v) * a[1] + u * b[1] + v * c[1];
-    }
+    float uv[2];
+    triangle_uv(mesh, out->triangle, u, v, uv);
+    out->u = uv[0];
+    out->v = uv[1];
 }
 
 /* Solves dp = dp_du du + dp_dv dv for the triangle's edges. Without uvs its barycentric coordinates
@@ -111,24 +107,44 @@ static void place_surface(const struct instance *instance, struct surface *s) {
     s->dp_dv = transform_vector(m, s->dp_dv);
 }
 
+void surface_at_hit(const struct fewray_world *world, const struct RTCHit *hit, float distance,
+                    struct surface *out) {
+    out->distance = distance;
+    fill_surface(world, hit, out);
+    unsigned placed = hit->instID[0];
+    if (placed != RTC_INVALID_GEOMETRY_ID)
+        place_surface(&world->scene->instances[placed - (unsigned)world->scene->mesh_count], out);
+}
+
 bool surface_trace(const struct fewray_world *world, struct vec3 origin, struct vec3 direction,
                    bool coherent, struct surface *out) {
     struct RTCRayHit ray_hit = {.ray = embree_ray(origin, direction, INFINITY)};
     embree_intersect(world->embree, &ray_hit, coherent);
     if (ray_hit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
         return false;
-    out->distance = ray_hit.ray.tfar;
-    fill_surface(world, &ray_hit.hit, out);
-    unsigned placed = ray_hit.hit.instID[0];
-    if (placed != RTC_INVALID_GEOMETRY_ID)
-        place_surface(&world->scene->instances[placed - (unsigned)world->scene->mesh_count], out);
+    surface_at_hit(world, &ray_hit.hit, ray_hit.ray.tfar, out);
+    return true;
+}
+
+bool surface_trace_light(const struct fewray_world *world, struct vec3 origin,
+                         struct vec3 direction, struct surface *out, bool *found) {
+    struct RTCRayHit ray_hit = {.ray = embree_ray(origin, direction, INFINITY)};
+    embree_intersect(world->emitters, &ray_hit, false);
+    *found = ray_hit.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+    if (!*found && !world->lights.has_sky)
+        return false;
+    if (embree_occluded(world->embree, origin, direction,
+                        *found ? ray_hit.ray.tfar * LIGHT_REACH : INFINITY))
+        return false;
+    if (*found)
+        surface_at_hit(world, &ray_hit.hit, ray_hit.ray.tfar, out);
     return true;
 }
 
 bool surface_blocked(const struct fewray_world *world, struct vec3 p, struct vec3 geometric_normal,
                      struct vec3 q) {
     struct vec3 origin = offset_origin(p, geometric_normal, sub(q, p));
-    return embree_occluded(world->embree, origin, sub(q, origin), 1 - 9e-4f);
+    return embree_occluded(world->embree, origin, sub(q, origin), SHADOW_REACH);
 }
 
 bool surface_blocked_to_sky(const struct fewray_world *world, struct vec3 p,

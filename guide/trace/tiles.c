@@ -4,7 +4,7 @@
 
 #include "guide/trace/tiles.h"
 
-static void add_stats(struct fewray_render_stats *sum, const struct fewray_render_stats *part) {
+void render_stats_add(struct fewray_render_stats *sum, const struct fewray_render_stats *part) {
     sum->paths += part->paths;
     sum->rays += part->rays;
     sum->dropped += part->dropped;
@@ -41,7 +41,7 @@ int tiles_run(int width, int height, const struct fewray_render_settings *settin
         }
 #pragma omp critical(fewray_tiles)
         {
-            add_stats(stats, &part);
+            render_stats_add(stats, &part);
             done++;
             if (settings->progress)
                 settings->progress(settings->progress_user, phase, (double)done / tiles);

@@ -18,10 +18,20 @@ static inline uint32_t pixel_seed(const struct fewray_render_settings *settings,
     return hash_combine(hash_combine(seed, (uint32_t)x), (uint32_t)y);
 }
 
+/* Every second bit of a number below 256: of pixel k of a tile in Morton order, its x; of k >> 1,
+ * its y. */
+static inline uint32_t tile_morton_x(uint32_t k) {
+    k &= 0x55u;
+    k = (k | (k >> 1)) & 0x33u;
+    return (k | (k >> 2)) & 0x0fu;
+}
+
 /* What one tile of pixels x0 <= x < x1, y0 <= y < y1 does; counts go to *stats, which no other tile
  * touches. */
 typedef void (*tile_function)(void *user, int x0, int y0, int x1, int y1,
                               struct fewray_render_stats *stats);
+
+void render_stats_add(struct fewray_render_stats *sum, const struct fewray_render_stats *part);
 
 /* Calls `work` for each tile; adds the counts to *stats. FEWRAY_ERROR_CANCELLED where
  * settings->cancel stopped it. */

@@ -60,7 +60,8 @@ static RTCScene new_scene(RTCDevice device) {
 static bool build_scenes(struct fewray_world *world) {
     const struct fewray_scene *scene = world->scene;
     world->embree = new_scene(world->device);
-    bool made = world->embree != NULL;
+    world->emitters = new_scene(world->device);
+    bool made = world->embree && world->emitters;
     for (int g = 0; g < scene->group_count; g++) {
         world->groups[g] = new_scene(world->device);
         made = made && world->groups[g];
@@ -71,11 +72,14 @@ static bool build_scenes(struct fewray_world *world) {
         const struct mesh *mesh = &scene->meshes[m];
         attach_mesh(world->device, mesh->group < 0 ? world->embree : world->groups[mesh->group],
                     mesh, (unsigned)m);
+        if (mesh->emission >= 0)
+            attach_mesh(world->device, world->emitters, mesh, (unsigned)m);
     }
     for (int g = 0; g < scene->group_count; g++)
         rtcCommitScene(world->groups[g]);
     for (int i = 0; i < scene->instance_count; i++)
         attach_instance(world, &scene->instances[i], (unsigned)(scene->mesh_count + i));
+    rtcCommitScene(world->emitters);
     rtcCommitScene(world->embree);
     return true;
 }
@@ -151,6 +155,8 @@ void fewray_world_destroy(struct fewray_world **world) {
     free((*world)->bsdf_tables);
     if ((*world)->embree)
         rtcReleaseScene((*world)->embree);
+    if ((*world)->emitters)
+        rtcReleaseScene((*world)->emitters);
     for (int g = 0; (*world)->groups && g < (*world)->scene->group_count; g++)
         if ((*world)->groups[g])
             rtcReleaseScene((*world)->groups[g]);

@@ -1,0 +1,3 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#define BUNDLE_NAME bundle_plain
+#include "guide/trace/bundle.inc.h"
