@@ -27,7 +27,7 @@ enum fewray_denoise_model {
 };
 
 struct fewray_denoise_options {
-    int threads;                     /* 0 = all cores */
+    int threads;                     /* 0 = all cores that the picture has work for */
     enum fewray_denoise_model model; /* ignored where weights_path is given */
     const char *weights_path; /* NULL: those built into the library; any number of channels */
     const char
@@ -132,6 +132,54 @@ FEWRAY_API int fewray_denoise_frame_layers(struct fewray_denoiser *denoiser,
                                            struct fewray_frame *frame, const char *const *names,
                                            int name_count, struct fewray_denoise_stats *stats,
                                            struct fewray_error *error);
+
+/* --- frames of a sequence */
+
+/* What the frames before leave for the next: light over albedo, its variance, and the surfaces that
+ * it was seen on. About 180 bytes a pixel. */
+struct fewray_denoise_history;
+
+struct fewray_denoise_history_options {
+    float frames; /* at most so many count in the mean, >= 1; older ones fade (8) */
+    float sigmas; /* the past counts less where the light around a pixel changed by more than so
+                     many standard errors of the noisy frames, and not at all from twice as
+                     many on (1.5) */
+    int threads;  /* 0 = all cores */
+};
+FEWRAY_API void fewray_denoise_history_options_init(struct fewray_denoise_history_options *options);
+
+/* Where the surface that a pixel shows was in the previous frame. */
+struct fewray_denoise_motion {
+    struct fewray_channels offset;         /* channel[0], [1]: its place there less the pixel's own,
+                                              pixels, x to the right, y down */
+    struct fewray_channels previous_depth; /* channel[0]: the way to it from the camera there, as
+                                              the depth layer counts; 0: it wasn't there */
+};
+
+/* *out is owned by the caller. One history for each sequence of one camera, used by one thread at a
+ * time. options may be NULL. */
+FEWRAY_API int fewray_denoise_history_create(const struct fewray_denoise_history_options *options,
+                                             struct fewray_denoise_history **out,
+                                             struct fewray_error *error);
+FEWRAY_API void fewray_denoise_history_destroy(struct fewray_denoise_history **history);
+/* Takes the next frame: the layers as they were handed to fewray_denoiser_run(), but for color and
+ * layers, which hold what it returned. *out (it may be in itself) gets the same with color,
+ * variance and layers of radiance being means over the frames so far, surface by surface; they stay
+ * the history's, valid until its next frame. Without depth nothing is found again. motion NULL, or
+ * a frame of another size or other layers of radiance: a new sequence begins. */
+FEWRAY_API int fewray_denoise_history_add(struct fewray_denoise_history *history,
+                                          const struct fewray_denoise_input *in,
+                                          const struct fewray_denoise_motion *motion,
+                                          struct fewray_denoise_input *out,
+                                          struct fewray_error *error);
+/* fewray_denoise_frame_layers() of the next frame of a sequence, then the mean over the frames so
+ * far. history NULL: a frame by itself. noisy.R/G/B and variance stay those of this frame. */
+FEWRAY_API int fewray_denoise_frame_after(struct fewray_denoiser *denoiser,
+                                          struct fewray_denoise_history *history,
+                                          const struct fewray_denoise_motion *motion,
+                                          struct fewray_frame *frame, const char *const *names,
+                                          int name_count, struct fewray_denoise_stats *stats,
+                                          struct fewray_error *error);
 
 #ifdef __cplusplus
 }

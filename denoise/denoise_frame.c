@@ -134,9 +134,39 @@ static int take_layers(struct fewray_frame *frame, const char *const *names, int
     return status || alpha ? status : take_alpha(frame, layers, count, error);
 }
 
-int fewray_denoise_frame_layers(struct fewray_denoiser *denoiser, struct fewray_frame *frame,
-                                const char *const *names, int name_count,
-                                struct fewray_denoise_stats *stats, struct fewray_error *error) {
+static void copy_channels(const struct fewray_denoise_input *in, const struct fewray_channels *from,
+                          float *const to[3]) {
+    for (int c = 0; c < 3; c++)
+        for (int y = 0; y < in->height; y++)
+            for (int x = 0; x < in->width; x++)
+                to[c][(size_t)y * (size_t)in->width + (size_t)x] = kpn_value(from, c, y, x);
+}
+
+/* The filtered planes of a frame become their mean over the frames so far. */
+static int join_history(struct fewray_denoise_history *history,
+                        const struct fewray_denoise_motion *motion,
+                        const struct fewray_denoise_input *noisy, float *const color[3],
+                        struct fewray_denoise_layer *layers, struct fewray_error *error) {
+    struct fewray_denoise_input in = *noisy, out;
+    in.color = fewray_planar(color, in.width);
+    for (int k = 0; k < in.layer_count; k++)
+        if (!layers[k].coverage)
+            layers[k].in = fewray_planar(layers[k].out, in.width);
+    const int status = fewray_denoise_history_add(history, &in, motion, &out, error);
+    if (status)
+        return status;
+    copy_channels(&in, &out.color, color);
+    for (int k = 0; k < in.layer_count; k++)
+        if (!layers[k].coverage)
+            copy_channels(&in, &out.layers[k].in, layers[k].out);
+    return FEWRAY_OK;
+}
+
+int fewray_denoise_frame_after(struct fewray_denoiser *denoiser,
+                               struct fewray_denoise_history *history,
+                               const struct fewray_denoise_motion *motion,
+                               struct fewray_frame *frame, const char *const *names, int name_count,
+                               struct fewray_denoise_stats *stats, struct fewray_error *error) {
     static const char *const rgb[3] = {"R", "G", "B"};
     struct fewray_denoise_input in = {
         .width = frame->width,
@@ -169,6 +199,8 @@ int fewray_denoise_frame_layers(struct fewray_denoiser *denoiser, struct fewray_
         in.color = beauty.in;
         in.layers = layers;
         status = denoiser_run_to(denoiser, &in, &out, stats, error);
+        if (!status && history)
+            status = join_history(history, motion, &in, color, layers, error);
     }
     if (status && beauty.in.channel[0])
         give_back(frame, &beauty);
@@ -176,6 +208,12 @@ int fewray_denoise_frame_layers(struct fewray_denoiser *denoiser, struct fewray_
         give_back(frame, &layers[k]);
     free(layers);
     return status;
+}
+
+int fewray_denoise_frame_layers(struct fewray_denoiser *denoiser, struct fewray_frame *frame,
+                                const char *const *names, int name_count,
+                                struct fewray_denoise_stats *stats, struct fewray_error *error) {
+    return fewray_denoise_frame_after(denoiser, NULL, NULL, frame, names, name_count, stats, error);
 }
 
 int fewray_denoise_frame(struct fewray_denoiser *denoiser, struct fewray_frame *frame,

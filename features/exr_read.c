@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "features/zip.h"
+
 /* The first thing that the library said against the file. */
 struct complaint {
     char text[256];
@@ -18,7 +20,7 @@ struct chunk_grid {
     int part;
     const struct fewray_frame *frame;
     float *const *planes; /* one a channel, in the file's order; NULL: not wanted */
-    bool tiled;
+    bool tiled, zip;
     int min_y;                     /* of the data window */
     int chunk_width, chunk_height; /* pixels; those at the right and bottom edges may be smaller */
     int chunk_columns, chunk_rows;
@@ -102,10 +104,25 @@ static exr_result_t plan_chunks(struct chunk_grid *grid) {
     return EXR_ERR_SUCCESS;
 }
 
+/* Replaces the library's own, slower way; blocks as long as their raw data are raw. */
+static exr_result_t unzip(exr_decode_pipeline_t *decode) {
+    if (decode->chunk.packed_size == decode->chunk.unpacked_size)
+        return EXR_ERR_SUCCESS;
+    switch (zip_unpack(decode->decoding_user_data, decode->packed_buffer, decode->chunk.packed_size,
+                       decode->unpacked_buffer, decode->chunk.unpacked_size)) {
+    case ZIP_OK:
+        return EXR_ERR_SUCCESS;
+    case ZIP_NO_MEMORY:
+        return EXR_ERR_OUT_OF_MEMORY;
+    default:
+        return EXR_ERR_CORRUPT_CHUNK;
+    }
+}
+
 /* Decodes the chunk at (column, row) of the grid into the planes. decode is used again by the
  * thread's next chunk. */
 static exr_result_t read_chunk(const struct chunk_grid *grid, int column, int row,
-                               exr_decode_pipeline_t *decode) {
+                               exr_decode_pipeline_t *decode, struct zip_worker *zip) {
     const int x = column * grid->chunk_width, y = row * grid->chunk_height;
     const int width = grid->frame->width, height = grid->frame->height;
     const bool first = decode->channels == NULL;
@@ -132,6 +149,10 @@ static exr_result_t read_chunk(const struct chunk_grid *grid, int column, int ro
     }
     if (first)
         code = exr_decoding_choose_default_routines(grid->exr, grid->part, decode);
+    if (first && grid->zip) {
+        decode->decompress_fn = unzip;
+        decode->decoding_user_data = zip;
+    }
     return code == EXR_ERR_SUCCESS ? exr_decoding_run(grid->exr, grid->part, decode) : code;
 }
 
@@ -141,9 +162,10 @@ static exr_result_t read_chunks(const struct chunk_grid *grid) {
     const size_t values =
         grid->frame->plane_count * (size_t)grid->frame->width * (size_t)grid->frame->height;
     exr_result_t result = EXR_ERR_SUCCESS;
-#pragma omp parallel if (values > FEATURES_PARALLEL_MIN)
+#pragma omp parallel if (values > FEATURES_PARALLEL_FILE_MIN)
     {
         exr_decode_pipeline_t decode = EXR_DECODE_PIPELINE_INITIALIZER;
+        struct zip_worker zip = {.compressor = NULL};
 #pragma omp for schedule(dynamic, 1)
         for (int64_t i = 0; i < count; i++) {
             exr_result_t known;
@@ -152,13 +174,14 @@ static exr_result_t read_chunks(const struct chunk_grid *grid) {
             if (known != EXR_ERR_SUCCESS)
                 continue;
             const exr_result_t code = read_chunk(grid, (int)(i % grid->chunk_columns),
-                                                 (int)(i / grid->chunk_columns), &decode);
+                                                 (int)(i / grid->chunk_columns), &decode, &zip);
             if (code != EXR_ERR_SUCCESS) {
 #pragma omp atomic write
                 result = code;
             }
         }
         exr_decoding_destroy(grid->exr, &decode);
+        zip_worker_clear(&zip);
     }
     return result;
 }
@@ -183,6 +206,7 @@ struct part {
     int index;
     const char *name; /* NULL where the file has one part: it's no layer's name then */
     exr_storage_t storage;
+    bool zip; /* ZIP or ZIPS */
     exr_attr_box2i_t window;
     const exr_attr_chlist_t *channels;
     int width, height;
@@ -206,6 +230,7 @@ static int read_header(exr_const_context_t exr, const char *path, const struct c
     if (!compression_works(compression))
         return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
                            "B44 and DWA compression aren't supported, store it with ZIP or PIZ");
+    part->zip = compression == EXR_COMPRESSION_ZIP || compression == EXR_COMPRESSION_ZIPS;
     const int64_t width = (int64_t)part->window.max.x - part->window.min.x + 1;
     const int64_t height = (int64_t)part->window.max.y - part->window.min.y + 1;
     if (!features_size_ok(width, height))
@@ -238,6 +263,7 @@ static int read_pixels(exr_const_context_t exr, const struct part *part, const c
                                   .frame = frame,
                                   .planes = planes,
                                   .tiled = part->storage == EXR_STORAGE_TILED,
+                                  .zip = part->zip,
                                   .min_y = part->window.min.y};
         exr_result_t code = plan_chunks(&grid);
         if (code == EXR_ERR_SUCCESS)
@@ -254,10 +280,28 @@ static bool same_window(const struct part *a, const struct part *b) {
            a->width == b->width && a->height == b->height;
 }
 
+/* The header's texts that are ours. */
+static int read_attributes(exr_const_context_t exr, const char *path, struct fewray_frame *frame,
+                           struct fewray_error *error) {
+    int count = 0;
+    exr_get_attribute_count(exr, 0, &count);
+    for (int i = 0; i < count; i++) {
+        const exr_attribute_t *attribute = NULL;
+        if (exr_get_attribute_by_index(exr, 0, EXR_ATTR_LIST_FILE_ORDER, i, &attribute) !=
+                EXR_ERR_SUCCESS ||
+            attribute->type != EXR_ATTR_STRING || strncmp(attribute->name, "fewray.", 7) ||
+            strlen(attribute->name) >= FEWRAY_NAME_MAX || !attribute->string->str)
+            continue;
+        if (!fewray_frame_set_attribute(frame, attribute->name, attribute->string->str))
+            return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
+    }
+    return FEWRAY_OK;
+}
+
 /* The first part gives the frame its size; parts of another size and those that can't be read at
  * all, a deep one say, are no layers of the same picture. */
 static int read_parts(exr_const_context_t exr, const char *path, const struct complaint *complaint,
-                      struct fewray_frame **out, struct fewray_error *error) {
+                      bool pixels, struct fewray_frame **out, struct fewray_error *error) {
     int count = 0, samples = 0;
     exr_result_t code = exr_get_count(exr, &count);
     if (code != EXR_ERR_SUCCESS)
@@ -266,7 +310,9 @@ static int read_parts(exr_const_context_t exr, const char *path, const struct co
     int status = read_header(exr, path, complaint, &first, error);
     if (status == FEWRAY_OK)
         status = fewray_frame_create(first.width, first.height, out, error);
-    for (int i = 0; i < count && status == FEWRAY_OK; i++) {
+    if (status == FEWRAY_OK)
+        status = read_attributes(exr, path, *out, error);
+    for (int i = 0; pixels && i < count && status == FEWRAY_OK; i++) {
         struct part part = {.index = i};
         if (i > 0 && (read_header(exr, path, complaint, &part, NULL) != FEWRAY_OK ||
                       !same_window(&part, &first)))
@@ -283,7 +329,8 @@ static int read_parts(exr_const_context_t exr, const char *path, const struct co
     return status;
 }
 
-int fewray_frame_read_exr(const char *path, struct fewray_frame **out, struct fewray_error *error) {
+static int read_file(const char *path, bool pixels, struct fewray_frame **out,
+                     struct fewray_error *error) {
     *out = NULL;
     int status = file_check_readable(path, error);
     if (status != FEWRAY_OK)
@@ -296,11 +343,20 @@ int fewray_frame_read_exr(const char *path, struct fewray_frame **out, struct fe
     settings.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     exr_context_t exr = NULL;
     const exr_result_t code = exr_start_read(&exr, path, &settings);
-    status = code == EXR_ERR_SUCCESS ? read_parts(exr, path, &complaint, out, error)
+    status = code == EXR_ERR_SUCCESS ? read_parts(exr, path, &complaint, pixels, out, error)
                                      : fail_exr(error, path, code, &complaint);
     if (exr)
         exr_finish(&exr);
     if (status != FEWRAY_OK)
         fewray_frame_destroy(out);
     return status;
+}
+
+int fewray_frame_read_exr(const char *path, struct fewray_frame **out, struct fewray_error *error) {
+    return read_file(path, true, out, error);
+}
+
+int fewray_frame_read_exr_header(const char *path, struct fewray_frame **out,
+                                 struct fewray_error *error) {
+    return read_file(path, false, out, error);
 }

@@ -9,16 +9,23 @@
 #include <string.h>
 #include <unistd.h>
 
-_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "EXR files are little-endian");
+#include "features/zip.h"
 
-/* zlib's level: 6 takes up to twice the time for files that are 1 to 5 % smaller. */
-enum { ZIP_LEVEL = 4 };
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "EXR files are little-endian");
 
 /* What the library's callbacks need to know. */
 struct sink {
     int fd;
     int write_errno; /* 0 while all goes well */
     char said[256];  /* the library's first complaint */
+};
+
+/* What is written. */
+struct picture {
+    const struct fewray_frame *frame;
+    const struct fewray_plane **planes; /* (plane_count), in the order of the file's channels */
+    bool float32;
+    int lines; /* of a block */
 };
 
 static void hear_complaint(exr_const_context_t exr, exr_result_t code, const char *text) {
@@ -42,102 +49,73 @@ static int64_t write_bytes(exr_const_context_t exr, void *user_data, const void 
     return -1;
 }
 
-/* Replaces the library's conversion, which turns what half can't hold into infinity. */
-static exr_result_t pack(exr_encode_pipeline_t *encode) {
-    char *to = encode->packed_buffer;
-    for (int y = 0; y < encode->chunk.height; y++)
-        for (int c = 0; c < encode->channel_count; c++) {
-            const exr_coding_channel_info_t *channel = &encode->channels[c];
-            const void *line = channel->encode_from_ptr + (ptrdiff_t)y * channel->user_line_stride;
-            const size_t width = (size_t)channel->width;
-            if (channel->user_data_type == channel->data_type)
-                memcpy(to, line, width * (size_t)channel->bytes_per_element);
-            else if (channel->data_type == EXR_PIXEL_HALF)
-                half_from_floats(line, (uint16_t *)(void *)to, width);
-            else
-                half_to_floats(line, (float *)(void *)to, width);
-            to += width * (size_t)channel->bytes_per_element;
-        }
-    encode->packed_bytes = (uint64_t)(to - (char *)encode->packed_buffer);
-    return EXR_ERR_SUCCESS;
+/* A thread's block of scanlines: its raw data, as the file has it, and what compresses it. */
+struct block {
+    struct zip_worker zip;
+    uint8_t *raw;
+    const uint8_t *packed; /* raw, or in zip */
+    size_t packed_size;
+};
+
+/* One line of a channel; half floats are clamped to what they hold. Returns the bytes written. */
+static size_t put_line(const struct fewray_plane *plane, size_t first, size_t width, bool float32,
+                       uint8_t *to) {
+    if (!plane->half && float32)
+        memcpy(to, plane->data + first, width * sizeof(float));
+    else if (!plane->half)
+        half_from_floats(plane->data + first, (uint16_t *)(void *)to, width);
+    else if (float32)
+        half_to_floats(plane->half + first, (float *)(void *)to, width);
+    else
+        memcpy(to, plane->half + first, width * sizeof(uint16_t));
+    return width * (float32 ? sizeof(float) : sizeof(uint16_t));
 }
 
-/* The pipeline ends at the compressed block, neither waiting for its turn nor writing: blocks are
- * written by one thread at a time, in order. */
-static exr_result_t leave_to_caller(exr_encode_pipeline_t *encode) {
-    (void)encode;
-    return EXR_ERR_SUCCESS;
+/* Compresses lines y0 <= y < y1, channel by channel in each. */
+static exr_result_t encode_block(const struct picture *picture, int y0, int y1,
+                                 struct block *block) {
+    const struct fewray_frame *frame = picture->frame;
+    const size_t width = (size_t)frame->width;
+    size_t size = 0;
+    if (!block->raw)
+        block->raw = malloc(frame->plane_count * width * (size_t)picture->lines * sizeof(float));
+    if (!block->raw)
+        return EXR_ERR_OUT_OF_MEMORY;
+    for (int y = y0; y < y1; y++)
+        for (size_t c = 0; c < frame->plane_count; c++)
+            size += put_line(picture->planes[c], (size_t)y * width, width, picture->float32,
+                             block->raw + size);
+    return zip_pack(&block->zip, block->raw, size, &block->packed, &block->packed_size)
+               ? EXR_ERR_SUCCESS
+               : EXR_ERR_OUT_OF_MEMORY;
 }
 
-/* A block as long as its raw data is read as raw, but OpenEXRCore 3.1 leaves one compressed that
- * zlib makes exactly so long: without this it would read back as noise. */
-static void store_raw_where_no_shorter(exr_encode_pipeline_t *encode) {
-    if (encode->compressed_bytes != encode->packed_bytes ||
-        encode->compressed_buffer == encode->packed_buffer)
-        return;
-    memcpy(encode->compressed_buffer, encode->packed_buffer, (size_t)encode->packed_bytes);
-}
-
-/* Compresses the block of scanlines that starts at y. encode is used again by the thread's next. */
-static exr_result_t encode_block(exr_context_t exr, const struct fewray_frame *frame, int y,
-                                 const struct fewray_plane *const *planes,
-                                 exr_encode_pipeline_t *encode) {
-    const bool first = encode->channels == NULL;
-    exr_chunk_info_t chunk;
-    exr_result_t code = exr_write_scanline_chunk_info(exr, 0, y, &chunk);
-    if (code == EXR_ERR_SUCCESS)
-        code = first ? exr_encoding_initialize(exr, 0, &chunk, encode)
-                     : exr_encoding_update(exr, 0, &chunk, encode);
-    if (code != EXR_ERR_SUCCESS)
-        return code;
-    for (int c = 0; c < encode->channel_count; c++) {
-        exr_coding_channel_info_t *channel = &encode->channels[c];
-        const struct fewray_plane *plane = planes[c];
-        const int bytes = plane->half ? (int)sizeof *plane->half : (int)sizeof *plane->data;
-        const uint8_t *values =
-            plane->half ? (const uint8_t *)plane->half : (const uint8_t *)plane->data;
-        channel->user_data_type = plane->half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT;
-        channel->user_bytes_per_element = (int16_t)bytes;
-        channel->user_pixel_stride = bytes;
-        channel->user_line_stride = frame->width * bytes;
-        channel->encode_from_ptr = values + (size_t)y * (size_t)channel->user_line_stride;
-    }
-    if (first) {
-        code = exr_encoding_choose_default_routines(exr, 0, encode);
-        encode->convert_and_pack_fn = pack;
-        encode->yield_until_ready_fn = leave_to_caller;
-        encode->write_fn = leave_to_caller;
-    }
-    if (code == EXR_ERR_SUCCESS)
-        code = exr_encoding_run(exr, 0, encode);
-    if (code == EXR_ERR_SUCCESS)
-        store_raw_where_no_shorter(encode);
-    return code;
-}
-
-static exr_result_t write_blocks(exr_context_t exr, const struct fewray_frame *frame,
-                                 const struct fewray_plane *const *planes) {
+/* Blocks are compressed by all threads and written by one at a time, in order, so that the file is
+ * the same with any number of them. */
+static exr_result_t write_blocks(exr_context_t exr, struct picture *picture) {
+    const struct fewray_frame *frame = picture->frame;
     const size_t values = frame->plane_count * (size_t)frame->width * (size_t)frame->height;
-    int lines;
-    exr_result_t result = exr_get_scanlines_per_chunk(exr, 0, &lines);
+    exr_result_t result = exr_get_scanlines_per_chunk(exr, 0, &picture->lines);
     if (result != EXR_ERR_SUCCESS)
         return result;
-#pragma omp parallel if (values > FEATURES_PARALLEL_MIN)
+    const int lines = picture->lines;
+#pragma omp parallel if (values > FEATURES_PARALLEL_FILE_MIN)
     {
-        exr_encode_pipeline_t encode = EXR_ENCODE_PIPELINE_INITIALIZER;
+        struct block block = {.raw = NULL};
 #pragma omp for ordered schedule(static, 1)
         for (int y = 0; y < frame->height; y += lines) {
-            const exr_result_t code = encode_block(exr, frame, y, planes, &encode);
+            const int end = y + lines < frame->height ? y + lines : frame->height;
+            const exr_result_t code = encode_block(picture, y, end, &block);
 #pragma omp ordered
             {
                 if (result == EXR_ERR_SUCCESS)
                     result = code;
                 if (result == EXR_ERR_SUCCESS)
-                    result = exr_write_scanline_chunk(exr, 0, y, encode.compressed_buffer,
-                                                      encode.compressed_bytes);
+                    result = exr_write_scanline_chunk(exr, 0, y, block.packed, block.packed_size);
             }
         }
-        exr_encoding_destroy(exr, &encode);
+        zip_worker_clear(&block.zip);
+        free(block.raw);
     }
     return result;
 }
@@ -161,36 +139,36 @@ static exr_result_t declare_part(exr_context_t exr, const struct fewray_frame *f
         code = exr_attr_set_chromaticities(exr, 0, "chromaticities", &rec709);
     if (code == EXR_ERR_SUCCESS)
         code = exr_attr_set_string(exr, 0, "software", "fewray " FEWRAY_VERSION);
+    for (size_t i = 0; code == EXR_ERR_SUCCESS && i < frame->attribute_count; i++)
+        code = exr_attr_set_string(exr, 0, frame->attributes[i].name, frame->attributes[i].text);
     return code == EXR_ERR_SUCCESS ? exr_write_header(exr) : code;
 }
 
-/* The frame's planes in the order of the file's channels, which the library sorts by name. */
-static exr_result_t sort_planes(exr_const_context_t exr, const struct fewray_frame *frame,
-                                const struct fewray_plane **planes) {
+/* The library sorts the file's channels by name. */
+static exr_result_t sort_planes(exr_const_context_t exr, struct picture *picture) {
+    const struct fewray_frame *frame = picture->frame;
     const exr_attr_chlist_t *channels;
     const exr_result_t code = exr_get_channels(exr, 0, &channels);
     for (int c = 0; code == EXR_ERR_SUCCESS && c < channels->num_channels; c++)
         for (size_t i = 0; i < frame->plane_count; i++)
             if (!strcmp(frame->planes[i].name, channels->entries[c].name.str))
-                planes[c] = &frame->planes[i];
+                picture->planes[c] = &frame->planes[i];
     return code;
 }
 
-static exr_result_t write_frame(const struct fewray_frame *frame, const char *path, bool float32,
-                                const struct fewray_plane **planes, struct sink *sink) {
+static exr_result_t write_picture(struct picture *picture, const char *path, struct sink *sink) {
     exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
     settings.error_handler_fn = hear_complaint;
     settings.user_data = sink;
     settings.write_fn = write_bytes;
-    settings.zip_level = ZIP_LEVEL;
     exr_context_t exr = NULL;
     exr_result_t code = exr_start_write(&exr, path, EXR_WRITE_FILE_DIRECTLY, &settings);
     if (code == EXR_ERR_SUCCESS)
-        code = declare_part(exr, frame, float32);
+        code = declare_part(exr, picture->frame, picture->float32);
     if (code == EXR_ERR_SUCCESS)
-        code = sort_planes(exr, frame, planes);
+        code = sort_planes(exr, picture);
     if (code == EXR_ERR_SUCCESS)
-        code = write_blocks(exr, frame, planes);
+        code = write_blocks(exr, picture);
     const exr_result_t finished = exr ? exr_finish(&exr) : EXR_ERR_SUCCESS;
     return code == EXR_ERR_SUCCESS ? finished : code;
 }
@@ -199,14 +177,15 @@ int fewray_frame_write_exr(const struct fewray_frame *frame, const char *path, b
                            struct fewray_error *error) {
     if (frame->plane_count < 1)
         return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, path, 0, "the picture has no channels");
-    const struct fewray_plane **planes = calloc(frame->plane_count, sizeof *planes);
-    if (!planes)
+    struct picture picture = {.frame = frame, .float32 = float32};
+    picture.planes = calloc(frame->plane_count, sizeof *picture.planes);
+    if (!picture.planes)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
     struct sink sink = {.fd = -1};
     char *temporary = NULL;
     int status = sink.fd = file_create_temporary(path, &temporary, error);
     if (sink.fd >= 0) {
-        const exr_result_t code = write_frame(frame, path, float32, planes, &sink);
+        const exr_result_t code = write_picture(&picture, path, &sink);
         if (close(sink.fd) != 0 && !sink.write_errno)
             sink.write_errno = errno;
         if (code == EXR_ERR_SUCCESS && !sink.write_errno) {
@@ -221,6 +200,6 @@ int fewray_frame_write_exr(const struct fewray_frame *frame, const char *path, b
         }
     }
     free(temporary);
-    free(planes);
+    free(picture.planes);
     return status;
 }

@@ -2,10 +2,10 @@
 #ifndef FEWRAY_FEATURES_H
 #define FEWRAY_FEATURES_H
 
-/* Pictures as named float planes, read from and written to OpenEXR; textures and PNG through
+/* Pictures as named float planes, read from and written to OpenEXR; textures through
  * OpenImageIO. This folder knows no other. OpenImageIO stands in a module, the shared object
  * fewray_image.so, which is opened by the first image: a program that links this library and reads
- * or writes images has it beside itself, in the installed lib/fewray, or in the folder that the
+ * images has it beside itself, in the installed lib/fewray, or in the folder that the
  * environment variable FEWRAY_MODULE_PATH names (features/module.h). */
 
 #include <stdbool.h>
@@ -56,11 +56,19 @@ struct fewray_plane {
     uint16_t *half; /* data's place in a compact plane, whose data is NULL: IEEE binary16, finite */
 };
 
+/* A text that a file's header carries. */
+struct fewray_attribute {
+    char name[FEWRAY_NAME_MAX]; /* "fewray.seed" */
+    char *text;                 /* owned by the frame */
+};
+
 struct fewray_frame {
     int width, height; /* pixels */
     int spp;           /* samples a pixel, where a file's header tells (samplesPerPixel); else 0 */
     size_t plane_count;
     struct fewray_plane *planes;
+    size_t attribute_count;
+    struct fewray_attribute *attributes;
 };
 
 /* The layers fewray writes (radiance: W/(m^2 sr) in the scene's units, Rec. 709 primaries). */
@@ -98,6 +106,14 @@ FEWRAY_API void fewray_frame_destroy(struct fewray_frame **frame);
 FEWRAY_API float *fewray_frame_add(struct fewray_frame *frame, const char *name);
 /* The data of a plane, or NULL; compact planes have none. */
 FEWRAY_API float *fewray_frame_plane(const struct fewray_frame *frame, const char *name);
+/* Removes a plane, where there is one of that name. */
+FEWRAY_API void fewray_frame_remove(struct fewray_frame *frame, const char *name);
+/* Sets a text of the header, for fewray_frame_write_exr(), replacing an older one; false without
+ * memory or with too long a name. Names start with "fewray.": others aren't read back. */
+FEWRAY_API bool fewray_frame_set_attribute(struct fewray_frame *frame, const char *name,
+                                           const char *text);
+/* The text, or NULL. */
+FEWRAY_API const char *fewray_frame_attribute(const struct fewray_frame *frame, const char *name);
 /* Adds all channels of a layer: planes[0..2] (planes[0] alone for depth). False without memory. */
 FEWRAY_API bool fewray_frame_add_layer(struct fewray_frame *frame, enum fewray_layer layer,
                                        float *planes[3]);
@@ -131,6 +147,10 @@ static inline float fewray_half_value(uint16_t half) {
 FEWRAY_API int fewray_frame_read_exr(const char *path, struct fewray_frame **out,
                                      struct fewray_error *error);
 
+/* The same without pixels: a frame of the right size, with the attributes and no planes. */
+FEWRAY_API int fewray_frame_read_exr_header(const char *path, struct fewray_frame **out,
+                                            struct fewray_error *error);
+
 /* Writes all planes as one scanline ZIP part: half floats with values clamped to +-65504, or 32-bit
  * floats where float32 is set. The file appears whole or not at all: written beside as a temporary
  * file, then renamed; on failure nothing is left and an older file at path is untouched. */
@@ -156,7 +176,7 @@ FEWRAY_API char *fewray_temporary_name(const char *path);
 FEWRAY_API int fewray_commit_file(const char *temporary, const char *path,
                                   struct fewray_error *error);
 
-/* --- images through OpenImageIO (the module "image") */
+/* --- images: read through OpenImageIO (the module "image"), PNG written by libpng */
 
 struct fewray_image {
     int width, height,
@@ -173,9 +193,6 @@ FEWRAY_API int fewray_image_read(const char *path, struct fewray_image **out,
 FEWRAY_API int fewray_image_read_memory(const char *name, const void *bytes, size_t size,
                                         struct fewray_image **out, struct fewray_error *error);
 FEWRAY_API void fewray_image_destroy(struct fewray_image **image);
-
-/* Whether images can be read and written: the module is there. *error is in the name of path. */
-FEWRAY_API bool fewray_image_available(const char *path, struct fewray_error *error);
 
 /* Writes (height, width, 3) bytes, sRGB-encoded, as PNG; whole or not at all. */
 FEWRAY_API int fewray_image_write_png(const char *path, int width, int height, const uint8_t *rgb,

@@ -17,6 +17,8 @@ extern "C" {
 
 /* Starting threads pays for pictures of more values (pixels times channels) than this. */
 #define FEATURES_PARALLEL_MIN ((size_t)1 << 16)
+/* ... and for files of more than this. */
+#define FEATURES_PARALLEL_FILE_MIN ((size_t)1 << 19)
 
 /* True for 1..FEATURES_MAX_PIXELS pixels. */
 static inline bool features_size_ok(int64_t width, int64_t height) {
@@ -39,6 +41,10 @@ int file_write_whole(const char *path, const void *data, size_t size, struct few
 /* True for a PNG file that is cut off or has a wrong checksum; false for other files. */
 bool png_is_damaged(const char *path);
 bool png_bytes_are_damaged(const void *bytes, size_t size); /* at least 1 */
+
+/* A PNG of (height, width, 3) sRGB-encoded bytes into *file, malloc'd; path is for messages. */
+int png_encode(const char *path, int width, int height, const uint8_t *rgb, void **file,
+               size_t *size, struct fewray_error *error);
 
 /* IEEE binary16 of count floats, rounded to nearest even, clamped to +-65504; NaN stays NaN. */
 void half_from_floats(const float *from, uint16_t *to, size_t count);

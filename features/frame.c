@@ -51,6 +51,9 @@ void fewray_frame_destroy(struct fewray_frame **frame) {
         plane_destroy((*frame)->planes[i].half);
     }
     free((*frame)->planes);
+    for (size_t i = 0; i < (*frame)->attribute_count; i++)
+        free((*frame)->attributes[i].text);
+    free((*frame)->attributes);
     free(*frame);
     *frame = NULL;
 }
@@ -86,6 +89,51 @@ float *fewray_frame_add(struct fewray_frame *frame, const char *name) {
     memcpy(plane->name, name, length);
     plane->data = data;
     return data;
+}
+
+void fewray_frame_remove(struct fewray_frame *frame, const char *name) {
+    struct fewray_plane *plane = find(frame, name);
+    if (!plane)
+        return;
+    plane_destroy(plane->data);
+    plane_destroy(plane->half);
+    frame->plane_count--;
+    memmove(plane, plane + 1, (size_t)(frame->planes + frame->plane_count - plane) * sizeof *plane);
+}
+
+static struct fewray_attribute *find_attribute(const struct fewray_frame *frame, const char *name) {
+    for (size_t i = 0; i < frame->attribute_count; i++)
+        if (!strcmp(frame->attributes[i].name, name))
+            return &frame->attributes[i];
+    return NULL;
+}
+
+const char *fewray_frame_attribute(const struct fewray_frame *frame, const char *name) {
+    const struct fewray_attribute *attribute = find_attribute(frame, name);
+    return attribute ? attribute->text : NULL;
+}
+
+bool fewray_frame_set_attribute(struct fewray_frame *frame, const char *name, const char *text) {
+    struct fewray_attribute *attribute = find_attribute(frame, name);
+    const size_t length = strlen(name);
+    char *copy = length > 0 && length < FEWRAY_NAME_MAX ? strdup(text) : NULL;
+    if (!copy)
+        return false;
+    if (!attribute) {
+        struct fewray_attribute *all =
+            realloc(frame->attributes, (frame->attribute_count + 1) * sizeof *all);
+        if (!all) {
+            free(copy);
+            return false;
+        }
+        frame->attributes = all;
+        attribute = &all[frame->attribute_count++];
+        memset(attribute, 0, sizeof *attribute);
+        memcpy(attribute->name, name, length);
+    }
+    free(attribute->text);
+    attribute->text = copy;
+    return true;
 }
 
 bool fewray_frame_add_layer(struct fewray_frame *frame, enum fewray_layer layer, float *planes[3]) {

@@ -5,7 +5,7 @@
  * are >= 0: first bad values are marked, by NaN (nothing left of them) or by their sign (outliers,
  * whose magnitude the search for other outliers still has to see); then each is replaced by the
  * negated median of the unmarked values around; at last the signs go and pixels are counted. */
-#include "features/features.h"
+#include "features/features_private.h"
 
 #include <float.h>
 #include <math.h>
@@ -101,6 +101,7 @@ static bool is_outlier(const struct marked_plane *plane, int x, int y, float val
 /* Marks what no radiance can be by NaN. Returns whether any value needs the slow passes. */
 static bool mark_impossible(float *data, size_t count) {
     int found = 0;
+#pragma omp parallel for reduction(| : found) if (count > FEATURES_PARALLEL_MIN)
     for (size_t i = 0; i < count; i++) {
         const float value = data[i];
         const bool possible = value >= 0.0f && value <= FLT_MAX;
@@ -147,6 +148,7 @@ static void finish_block(float *data, int count, bool is_radiance, float least, 
 static size_t finish(const struct fewray_frame *frame) {
     const size_t size = (size_t)frame->width * (size_t)frame->height;
     size_t repaired = 0;
+#pragma omp parallel for reduction(+ : repaired) if (size > FEATURES_PARALLEL_MIN)
     for (size_t start = 0; start < size; start += BLOCK) {
         const int count = (int)(size - start < BLOCK ? size - start : BLOCK);
         unsigned char bad[BLOCK] = {0};

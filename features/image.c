@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Images in and PNG out: what needs no library here, the rest by the module "image". */
+/* Images in, by the module "image", and PNG out. */
 #include "features/features_private.h"
 
 #include <math.h>
@@ -17,10 +17,6 @@ static const struct image_module *open_module(const char *path, struct fewray_er
         fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0, "%s",
                     fewray_error_text(&why, text, sizeof text));
     return module;
-}
-
-bool fewray_image_available(const char *path, struct fewray_error *error) {
-    return open_module(path, error) != NULL;
 }
 
 /* bytes NULL: from the file. */
@@ -76,15 +72,12 @@ void fewray_image_destroy(struct fewray_image **image) {
 
 int fewray_image_write_png(const char *path, int width, int height, const uint8_t *rgb,
                            struct fewray_error *error) {
-    unsigned char *file = NULL;
+    void *file = NULL;
     size_t size = 0;
     if (!features_size_ok(width, height))
         return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, path, 0,
                            "a picture of %d x %d pixels is impossible", width, height);
-    const struct image_module *module = open_module(path, error);
-    if (!module)
-        return FEWRAY_ERROR_UNSUPPORTED;
-    int status = module->encode_png(path, width, height, rgb, &file, &size, error);
+    int status = png_encode(path, width, height, rgb, &file, &size, error);
     if (status == FEWRAY_OK)
         status = file_write_whole(path, file, size, error);
     free(file);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shim over OpenImageIO, the only file that knows it: pictures of any format in, PNG out. It is
-// the module "image". No exception leaves a function of this file.
+// The shim over OpenImageIO, the only file that knows it: pictures of any format in. It is the
+// module "image". No exception leaves a function of this file.
 #include "features/image_module.h"
 
 #include <cstdlib>
@@ -11,7 +11,6 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <string>
-#include <vector>
 
 #include "features/features_private.h"
 
@@ -102,24 +101,6 @@ int open_and_read(const char *path, const void *bytes, size_t size, struct fewra
     return status;
 }
 
-int encode_png(const char *path, int width, int height, const uint8_t *rgb,
-               std::vector<unsigned char> &file, struct fewray_error *error) {
-    set_up_once();
-    const auto output = OIIO::ImageOutput::create("png");
-    if (!output)
-        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
-                           "this OpenImageIO can't write PNG: %s", OIIO::geterror().c_str());
-    OIIO::Filesystem::IOVecOutput memory(file);
-    OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
-    spec.attribute("oiio:ColorSpace", "sRGB");
-    spec.attribute("Software", "fewray " FEWRAY_VERSION);
-    if (!output->set_ioproxy(&memory) || !output->open("memory.png", spec) ||
-        !output->write_image(OIIO::TypeDesc::UINT8, rgb) || !output->close())
-        return fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "can't encode the PNG: %s",
-                           output->geterror().c_str());
-    return FEWRAY_OK;
-}
-
 // Runs work, which may throw, and turns what it throws into an error about path.
 template <typename Work> int guarded(const char *path, struct fewray_error *error, Work work) {
     try {
@@ -138,22 +119,6 @@ int read(const char *path, const void *bytes, size_t size, struct fewray_image *
     return guarded(path, error, [&] { return open_and_read(path, bytes, size, *image, error); });
 }
 
-int encode(const char *path, int width, int height, const uint8_t *rgb, unsigned char **file,
-           size_t *size, struct fewray_error *error) {
-    return guarded(path, error, [&] {
-        std::vector<unsigned char> bytes;
-        const int status = encode_png(path, width, height, rgb, bytes, error);
-        if (status != FEWRAY_OK)
-            return status;
-        *file = static_cast<unsigned char *>(std::malloc(bytes.size()));
-        if (!*file)
-            throw std::bad_alloc();
-        std::memcpy(*file, bytes.data(), bytes.size());
-        *size = bytes.size();
-        return static_cast<int>(FEWRAY_OK);
-    });
-}
-
 } // namespace
 
-const struct image_module fewray_image_module = {read, encode};
+const struct image_module fewray_image_module = {read};

@@ -16,9 +16,6 @@ struct image_module {
      * for messages). image was zeroed; its arrays are from malloc(), also after a failure. */
     int (*read)(const char *path, const void *bytes, size_t size, struct fewray_image *image,
                 struct fewray_error *error);
-    /* A PNG of (height, width, 3) sRGB-encoded bytes into *file, malloc'd; path is for messages. */
-    int (*encode_png)(const char *path, int width, int height, const uint8_t *rgb,
-                      unsigned char **file, size_t *size, struct fewray_error *error);
 };
 
 /* What the module exports. */

@@ -33,9 +33,10 @@ struct fewray_maps;
 struct fewray_scene_options {
     const char *const *defines;
     int define_count;
-    int threads;  /* for meshes and textures; 0 = all cores */
+    int threads;       /* for meshes and textures; 0 = all cores */
+    const char *frame; /* value of $frame where the file has it, over its <default>; NULL: none */
     bool lenient; /* BSDFs that aren't supported are drawn as diffuse, such emitters and media are
-                     left out, each with a warning; else they are refused */
+                left out, each with a warning; else they are refused */
 };
 
 /* Loads a Mitsuba 3 XML scene, glTF 2.0 (.gltf, .glb) or OBJ + MTL, by the file's ending. The error
@@ -52,12 +53,56 @@ struct fewray_scene_summary {
     int sample_count;  /* the file's own spp */
     int meshes, materials, textures, emitters;
     int images;          /* files of textures and the environment, each read once */
+    int camera_keys;     /* poses of a moving camera; 0: it rests */
+    bool uses_frame;     /* the file has $frame, so that each frame is a scene of its own */
     int unused_textures; /* bitmaps that no visible material uses: not read */
     long long triangles;
     int warning_count;
     const char *const *warnings; /* one line each; owned by the scene */
 };
 FEWRAY_API struct fewray_scene_summary fewray_scene_summarize(const struct fewray_scene *scene);
+
+/* The same number for the same scene, wherever its files lie: of everything that is loaded. */
+FEWRAY_API uint64_t fewray_scene_fingerprint(const struct fewray_scene *scene);
+
+/* Processes, on one machine or many, that make one picture: each traces its own tiles of 16 x 16
+ * pixels and is given what the others found, so that all hold the same look, maps and film, to the
+ * bit what one process alone makes. They must have the same scene and settings. */
+struct fewray_team {
+    int rank, size; /* this process, 0..size - 1 */
+    /* Gives each process the `bytes` of all: mine (bytes), all (size, bytes). Waits for the others;
+     * false where they can't be reached. Called by one thread. */
+    bool (*gather)(void *user, const void *mine, void *all, size_t bytes);
+    void *user;
+    void *messages; /* room for short messages: (size, FEWRAY_TEAM_MESSAGE) bytes, aligned as by
+                       malloc() */
+};
+#define FEWRAY_TEAM_MESSAGE 2048
+/* Ends a step that may fail in one process alone: all return the status, and have the error, of the
+ * first in which it failed. Those that end with fewray_trace_look(), _rest() and _edges() and
+ * fewray_maps_create() agree already. team may be NULL: status is returned. */
+FEWRAY_API int fewray_team_agree(const struct fewray_team *team, int status,
+                                 struct fewray_error *error);
+
+/* Moves the camera of a scene with keys to where it is at this time; a scene is loaded at second 0.
+ * Worlds of the scene stay valid; none may be traced meanwhile. */
+FEWRAY_API void fewray_scene_set_time(struct fewray_scene *scene, double seconds);
+
+/* What a pinhole shows, for the motion between two frames. */
+struct fewray_view {
+    float to_world[12]; /* 3 rows of 4; looks along +z with +x to the LEFT of the picture */
+    float fov_x;        /* radians, along the picture's width */
+    float principal_x, principal_y; /* offset of the optical axis, shares of width and height */
+};
+/* That of the scene's camera now; of a thin lens that of its middle. */
+FEWRAY_API struct fewray_view fewray_scene_view(const struct fewray_scene *scene);
+/* Where the surfaces that a frame shows were in the one before, if they stand still: motion is that
+ * place less the pixel's own, in pixels (x to the right, y down), previous_depth the way to there
+ * from the camera before, as the depth layer counts it; 0 where nothing is seen or it was behind
+ * that camera. Each (height, width). What a flat mirror shows moves just so, too. */
+FEWRAY_API void fewray_view_motion(const struct fewray_view *now, const struct fewray_view *before,
+                                   int width, int height, const float *depth, float *motion_x,
+                                   float *motion_y, float *previous_depth);
 
 struct fewray_render_settings {
     int width,
@@ -66,7 +111,9 @@ struct fewray_render_settings {
     int initial;   /* samples a pixel of the first look (guided only), 1..spp */
     int max_depth; /* 0 = the scene's own; as Mitsuba counts; -1 = no limit */
     uint64_t seed;
-    int threads;         /* 0 = all cores */
+    int part;    /* the samples are those after this many times spp (and initial) of the same seed's
+                    sequences; not of practical path guiding */
+    int threads; /* 0 = all cores */
     float bsdf_fraction; /* of guided samples that are drawn from the BSDF instead of the maps,
                             0..1; negative: the network decides for each map. 0 stays unbiased:
                             such maps reach a little beyond the horizon */
@@ -89,8 +136,9 @@ struct fewray_render_settings {
     void (*progress)(void *user, const char *phase,
                      double fraction); /* NULL; may be called from any thread, one at a time */
     void *progress_user;
-    const volatile int *cancel; /* NULL; non-zero ends the work early: functions return
-                                   FEWRAY_ERROR_CANCELLED, the film holds what is done */
+    const struct fewray_team *team; /* NULL: this process works alone */
+    const volatile int *cancel;     /* NULL; non-zero ends the work early: functions return
+                                       FEWRAY_ERROR_CANCELLED, the film holds what is done */
 };
 FEWRAY_API void fewray_render_settings_init(struct fewray_render_settings *settings);
 /* Sets what makes the guide that of Bako, Meyer, DeRose, Sen 2019, "Offline Deep Importance
@@ -120,6 +168,13 @@ FEWRAY_API int fewray_film_create(const struct fewray_world *world,
                                   const struct fewray_render_settings *settings,
                                   struct fewray_film **out, struct fewray_error *error);
 FEWRAY_API void fewray_film_destroy(struct fewray_film **film);
+/* In pixels. */
+FEWRAY_API void fewray_film_size(const struct fewray_film *film, int *width, int *height);
+
+/* Gives each process of a team (may be NULL) the whole film, also where work on it was broken off.
+ */
+FEWRAY_API int fewray_film_share(struct fewray_film *film, const struct fewray_team *team,
+                                 struct fewray_error *error);
 
 /* What a few samples tell about the noise: variance of a sample over the squared radiance around
  * its pixel, mean over the picture. */
@@ -185,6 +240,15 @@ FEWRAY_API int fewray_trace_edges(const struct fewray_world *world,
  * surface. */
 FEWRAY_API int fewray_film_frame(const struct fewray_film *film, const struct fewray_maps *maps,
                                  struct fewray_frame **out, struct fewray_error *error);
+
+/* Adds to the film's frame what merging it with other parts of the same picture needs. Of each
+ * pixel: "part.count" n, the number of its samples; "part.mean.R/G/B", their radiance m as
+ * weighted in the picture, before more camera rays replaced what the samples saw;
+ * "part.deviation.R/G/B", the sum of squared deviations from their plain mean; and "part.factor",
+ * by which the variance of a sample gives that of m (1 / n where all have the same weight). */
+FEWRAY_API int fewray_film_add_moments(const struct fewray_film *film,
+                                       const struct fewray_maps *maps, struct fewray_frame *frame,
+                                       struct fewray_error *error);
 
 #ifdef __cplusplus
 }

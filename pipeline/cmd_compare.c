@@ -20,20 +20,16 @@ static int print_metrics(const struct fewray_metrics *m, bool as_json) {
         const char *name;
         double value;
     } rows[] = {
-        {"mrse", m->mrse},
-        {"mrse_trimmed", m->mrse_trimmed},
-        {"mrse_top1", m->mrse_top1},
-        {"mse", m->mse},
-        {"mape", m->mape},
-        {"l1", m->l1},
-        {"ssim_loss", m->ssim_loss},
-        {"psnr", m->psnr},
-        {"ref_mrse", m->ref_mrse},
+        {"mrse", m->mrse},           {"mrse_trimmed", m->mrse_trimmed},
+        {"mrse_top1", m->mrse_top1}, {"mse", m->mse},
+        {"mape", m->mape},           {"l1", m->l1},
+        {"ssim_loss", m->ssim_loss}, {"flip", m->flip},
+        {"psnr", m->psnr},           {"ref_mrse", m->ref_mrse},
         {"mrse_net", m->mrse_net},
     };
     json_t *object = json_object();
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        if (isnan(rows[i].value) && i >= 8) /* a reference without its own noise */
+        if (isnan(rows[i].value) && i >= 9) /* a reference without its own noise */
             continue;
         json_object_set_new(object, rows[i].name, json_number(rows[i].value));
         if (!as_json)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* fewray denoise: a noisy EXR, ours or another renderer's, to a clean one. */
 
+#include <omp.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -178,13 +179,13 @@ int cmd_denoise(int argc, char **argv) {
 
     struct progress progress;
     progress_start(&progress);
-    options.denoise.threads = stats_threads(options.denoise.threads);
+    struct fewray_run_stats stats = {.threads = stats_threads(options.denoise.threads)};
+    omp_set_num_threads(stats.threads); /* for files, too */
     options.denoise.isa = ISAS[options.isa];
     options.denoise.model = (enum fewray_denoise_model)options.model;
     options.denoise.progress = denoise_progress;
     options.denoise.progress_user = &progress;
     options.denoise.cancel = interrupt_watch();
-    struct fewray_run_stats stats = {.threads = options.denoise.threads};
     struct fewray_error error;
     const int status = denoise_file(&options, argv[first_file], &stats, &error);
     progress_end(&progress);

@@ -1,21 +1,25 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* fewray render */
 
+#include <omp.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "pipeline/command.h"
+#include "pipeline/frames.h"
 #include "pipeline/interrupt.h"
 #include "pipeline/options.h"
 #include "pipeline/outputs.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/progress.h"
+#include "pipeline/ranks.h"
 
 enum {
     SIZE_MAX_PIXELS = 65536,
     SPP_MAX = 65536,
     THREADS_MAX = 1024,
     DEPTH_MAX = 65536,
+    PARTS_MAX = 65536,
     DEPTH_NOT_GIVEN = -2
 };
 #define PIXELS_MAX (1ll << 28)
@@ -40,8 +44,12 @@ struct render_options {
     struct text_list defines;
     struct name_list aovs;
     struct guide_options guide;
+    const char *part; /* "I/N" */
     int pilot, denoise, isa, model;
     bool verbose;
+    const char *frames; /* NULL: one picture */
+    int temporal;
+    struct fewray_sequence sequence;
 };
 
 static enum parse_result parse(struct render_options *options, int argc, char **argv,
@@ -79,6 +87,10 @@ static enum parse_result parse(struct render_options *options, int argc, char **
         {"lenient", 0, OPTION_FLAG, &job->scene.lenient, NULL, LENIENT_HELP, 0, 0, NULL},
         {"stats", 0, OPTION_TEXT, &job->outputs.stats, "STATS.json",
          "seconds and counts of the run", 0, 0, NULL},
+        {"part", 0, OPTION_TEXT, &options->part, "I/N",
+         "the I-th of N shares of the samples, --spp each, for `fewray merge`", 0, 0, NULL},
+        {"skip-existing", 0, OPTION_FLAG, &job->skip_existing, NULL,
+         "leave a part or frames that are there already", 0, 0, NULL},
         {"png", 0, OPTION_TEXT, &job->outputs.png, "OUT.png", "the picture in sRGB as well", 0, 0,
          NULL},
         {"float", 0, OPTION_FLAG, &job->outputs.float32, NULL,
@@ -105,6 +117,12 @@ static enum parse_result parse(struct render_options *options, int argc, char **
          "for the denoiser beside the picture, as 64M or 1G (256M)", 0, 0, NULL},
         {"isa", 0, OPTION_CHOICE, &options->isa, NULL, "highest instruction set of the denoiser", 0,
          0, ISAS},
+        {"frames", 0, OPTION_TEXT, &options->frames, "A..B[xSTEP]",
+         "a sequence, its outputs named as shot.####.exr; or one frame of it", 0, 0, NULL},
+        {"fps", 0, OPTION_FLOAT, &options->sequence.fps, "F",
+         "frames of a second of the camera's animation (24)", 0.001, 1e6, NULL},
+        {"temporal", 0, OPTION_CHOICE, &options->temporal, NULL,
+         "what a sequence denoises is the mean over its frames so far (on)", 0, 0, SWITCH},
         {"verbose", 'v', OPTION_FLAG, &options->verbose, NULL, "tell what was done", 0, 0, NULL},
         {0},
     };
@@ -116,6 +134,46 @@ static enum parse_result parse(struct render_options *options, int argc, char **
         1,
         1};
     return parse_command_line(&line, argc, argv, first_file);
+}
+
+/* "3/10" into the job. Returns an exit code. */
+static int parse_part(struct render_options *options) {
+    struct fewray_job *job = &options->job;
+    char rest;
+    if (!options->part)
+        return job->skip_existing && !options->frames
+                   ? report_usage("render: --skip-existing goes with --part I/N or --frames A..B")
+                   : EXIT_DONE;
+    if (options->frames)
+        return report_usage("render: --part shares out one frame; take --frames or --part");
+    if (sscanf(options->part, "%6d/%6d%c", &job->part, &job->parts, &rest) != 2 || job->part < 1 ||
+        job->part > job->parts || job->parts > PARTS_MAX)
+        return report_usage("render: --part '%s' isn't I/N with 1 <= I <= N <= %d", options->part,
+                            PARTS_MAX);
+    if (job->outputs.png)
+        return report_usage("render: a part is no picture yet; give --png to `fewray merge`");
+    if (options->guide.guide == GUIDE_PPG)
+        return report_usage("render: --guide ppg can't render in parts; take another guide");
+    return EXIT_DONE;
+}
+
+/* What --frames says, and whether each frame has a name. Returns an exit code. */
+static int check_frames(struct render_options *options) {
+    const struct fewray_outputs *outputs = &options->job.outputs;
+    const char *const names[3] = {outputs->exr, outputs->png, outputs->stats};
+    struct fewray_frames *frames = &options->sequence.frames;
+    options->sequence.skip_existing = options->job.skip_existing;
+    if (!options->frames)
+        return EXIT_DONE;
+    if (!frames_parse(options->frames, frames))
+        return report_usage("render: --frames can't be '%s'; it takes 7, 1..48 or 1..48x2",
+                            options->frames);
+    for (int i = 0; i < 3 && frames_count(frames) > 1; i++)
+        if (names[i] && !frames_name_has_place(names[i]))
+            return report_usage("render: '%s' has no place for the frame's number; write one #### "
+                                "(or %%04d) into the name",
+                                names[i]);
+    return EXIT_DONE;
 }
 
 /* What no single option can tell. Returns an exit code. */
@@ -148,6 +206,12 @@ static void tell_run(const struct fewray_run_stats *stats) {
             stats->counts.dropped);
 }
 
+static void tell_frame(void *user, int frame, const struct fewray_run_stats *stats) {
+    progress_end(user);
+    fprintf(stderr, "frame %d: ", frame);
+    tell_run(stats);
+}
+
 /* Warnings come after the work, but the bar may still stand. */
 static void warn_below_bar(void *user, const char *text) {
     progress_end(user);
@@ -176,26 +240,40 @@ static void set_guide(const struct guide_options *given, struct fewray_job *job)
 
 int cmd_render(int argc, char **argv) {
     struct render_options options = {
-        .guide = {GUIDE_ODIS, -1, -1, -1, -1, -1, -1}, .pilot = 1, .denoise = 1};
+        .guide = {GUIDE_ODIS, -1, -1, -1, -1, -1, -1}, .pilot = 1, .denoise = 1, .temporal = 1};
     fewray_job_init(&options.job);
+    fewray_sequence_init(&options.sequence);
     int first_file;
     options.job.settings.max_depth = DEPTH_NOT_GIVEN;
     const enum parse_result parsed = parse(&options, argc, argv, &first_file);
     if (parsed != PARSE_OK)
         return parsed == PARSE_HELP ? EXIT_DONE : EXIT_WRONG_COMMAND_LINE;
-    const int code = check(&options);
+    int code = check(&options);
+    if (!code)
+        code = parse_part(&options);
+    if (!code)
+        code = check_frames(&options);
     if (code)
         return code;
     if (options.job.settings.max_depth == DEPTH_NOT_GIVEN)
         options.job.settings.max_depth = 0;
 
+    struct ranks ranks;
+    struct fewray_error error;
+    if (ranks_start(&ranks, &error))
+        return report_failure(&error);
     struct progress progress;
     progress_start(&progress);
     struct fewray_job *job = &options.job;
     job->scene_path = argv[first_file];
     job->scene.defines = options.defines.items;
     job->scene.define_count = options.defines.count;
-    job->settings.progress = progress_update;
+    job->settings.team = ranks_team(&ranks);
+    if (!job->settings.threads)
+        job->settings.threads = ranks.threads;
+    if (job->settings.threads > 0)
+        omp_set_num_threads(job->settings.threads); /* for files, too */
+    job->settings.progress = ranks_is_silent() ? NULL : progress_update;
     job->settings.progress_user = &progress;
     job->settings.cancel = interrupt_watch();
     job->warn = warn_below_bar;
@@ -211,13 +289,21 @@ int cmd_render(int argc, char **argv) {
     job->denoise.isa = ISAS[options.isa];
     job->denoise.model = (enum fewray_denoise_model)options.model;
 
+    options.sequence.temporal = options.temporal;
+    options.sequence.frame_done = options.verbose ? tell_frame : NULL;
+    options.sequence.user = &progress;
+
     struct fewray_run_stats stats;
-    struct fewray_error error;
-    const int status = fewray_job_run(job, NULL, &stats, &error);
+    const int status = options.frames ? fewray_sequence_run(job, &options.sequence, &error)
+                                      : fewray_job_run(job, NULL, &stats, &error);
     progress_end(&progress);
     if (status)
-        return report_failure(&error);
-    if (options.verbose)
+        report_failure(&error);
+    else if (options.verbose && !options.frames && stats.kept)
+        fprintf(stderr, "%s is there already\n", job->outputs.exr);
+    else if (options.verbose && !options.frames && !ranks_is_silent())
         tell_run(&stats);
-    return EXIT_DONE;
+    /* After what is to be said: mpirun ends all processes with the first that fails. */
+    ranks_finish(&ranks);
+    return status ? EXIT_FAILED : EXIT_DONE;
 }

@@ -16,7 +16,9 @@ int cmd_render(int argc, char **argv);
 int cmd_denoise(int argc, char **argv);
 int cmd_compare(int argc, char **argv);
 int cmd_composite(int argc, char **argv);
+int cmd_bench(int argc, char **argv);
 int cmd_info(int argc, char **argv);
+int cmd_merge(int argc, char **argv);
 
 /* Prints `fewray: FILE:LINE: what` on stderr; returns EXIT_FAILED. */
 int report_failure(const struct fewray_error *error);

@@ -12,9 +12,11 @@ static const struct {
     int (*run)(int argc, char **argv);
 } COMMANDS[] = {
     {"render", "scene to picture: guided, denoised", cmd_render},
+    {"merge", "parts of a picture, rendered by many machines, to the picture", cmd_merge},
     {"denoise", "noisy EXR to clean EXR", cmd_denoise},
     {"compare", "error of a picture against a reference", cmd_compare},
     {"composite", "before/after PNG with error maps and crops", cmd_composite},
+    {"bench", "error against time: table, CSV, JSON, plot", cmd_bench},
     {"info", "what a scene or an EXR holds", cmd_info},
 };
 enum { COMMAND_COUNT = sizeof COMMANDS / sizeof *COMMANDS };
@@ -31,8 +33,8 @@ static void print_help(void) {
 
 static int dispatch(int argc, char **argv) {
     if (argc < 2)
-        return report_usage(
-            "give a command: render, denoise, compare, composite or info (see `fewray --help`)");
+        return report_usage("give a command: render, merge, denoise, compare, composite, bench or "
+                            "info (see `fewray --help`)");
     if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h")) {
         print_help();
         return EXIT_DONE;
@@ -45,7 +47,7 @@ static int dispatch(int argc, char **argv) {
         if (!strcmp(argv[1], COMMANDS[i].name))
             return COMMANDS[i].run(argc - 1, argv + 1);
     return report_usage(
-        "there is no command '%s'; render, denoise, compare, composite and info are there",
+        "there is no command '%s'; render, merge, denoise, compare, composite, bench and info are there",
         argv[1]);
 }
 

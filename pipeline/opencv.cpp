@@ -13,6 +13,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/flip.h"
+
 namespace {
 
 /* --- metrics: every Mat is one channel of doubles, one channel of the picture after the other to
@@ -113,9 +115,10 @@ std::vector<double> good_values(const cv::Mat &error, const cv::Mat &good) {
     return values;
 }
 
-/* Adds one channel's share to the sums; error_map gathers the mrse of each pixel. */
+/* Adds one channel's share to the sums; error_map gathers the mrse of each pixel, shown what a
+ * display emits of x and of r. */
 void add_channel(cv::Mat x, cv::Mat r, const float *noise, const Masks &masks, fewray_metrics &sums,
-                 double &display_mse, cv::Mat &error_map) {
+                 double &display_mse, cv::Mat &error_map, cv::Mat shown[2]) {
     const cv::Mat bad_reference = ~masks.good;
     r.setTo(0, bad_reference);
     x.setTo(0, bad_reference);
@@ -132,6 +135,9 @@ void add_channel(cv::Mat x, cv::Mat r, const float *noise, const Masks &masks, f
         const cv::Mat deviation = plane_of(noise, x.cols, x.rows);
         sums.ref_mrse += cv::mean(deviation.mul(deviation) / weight, masks.good)[0] / 3;
     }
+    const cv::Mat *const linear[2] = {&x, &r};
+    for (int i = 0; i < 2; i++)
+        cv::Mat(cv::min(cv::max(*linear[i], 0.0), 1.0)).convertTo(shown[i], CV_32F);
     const cv::Mat shown_x = display_of(x), shown_r = display_of(r),
                   shown_difference = shown_x - shown_r;
     display_mse += cv::mean(shown_difference.mul(shown_difference), masks.good)[0] / 3;
@@ -139,6 +145,13 @@ void add_channel(cv::Mat x, cv::Mat r, const float *noise, const Masks &masks, f
         sums.ssim_loss -= mean_ssim(shown_x, shown_r) / 3;
     else
         sums.ssim_loss = std::numeric_limits<double>::quiet_NaN();
+}
+
+double flip_of(const cv::Mat shown[3][2]) {
+    cv::Mat pictures[2];
+    for (int i = 0; i < 2; i++)
+        cv::merge(std::vector<cv::Mat>{shown[0][i], shown[1][i], shown[2][i]}, pictures[i]);
+    return flip_mean(pictures[0], pictures[1]);
 }
 
 void measure(float *const test[3], float *const reference[3], float *const noise[3], int width,
@@ -149,9 +162,11 @@ void measure(float *const test[3], float *const reference[3], float *const noise
     metrics.ssim_loss = 1;
     double display_mse = 0;
     cv::Mat error_map = cv::Mat::zeros(height, width, CV_64F);
+    cv::Mat shown[3][2];
     for (int c = 0; c < 3; c++)
         add_channel(plane_of(test[c], width, height), plane_of(reference[c], width, height),
-                    noise ? noise[c] : nullptr, masks, metrics, display_mse, error_map);
+                    noise ? noise[c] : nullptr, masks, metrics, display_mse, error_map, shown[c]);
+    metrics.flip = flip_of(shown);
     metrics.mrse = cv::mean(error_map, masks.good)[0];
     std::vector<double> errors = good_values(error_map, masks.good);
     metrics.mrse_trimmed = trimmed_mean(errors);
@@ -252,6 +267,40 @@ void outline(canvas *target, box place, int thickness, canvas_color color) {
     });
 }
 
+/* OpenCV's coordinates for drawing, in fractions of a pixel. */
+constexpr int fraction_bits = 6;
+int fixed_of(double pixels) {
+    return static_cast<int>(std::lround(pixels * (1 << fraction_bits)));
+}
+
+std::vector<cv::Point> points_of(const double *points, int count) {
+    std::vector<cv::Point> out;
+    for (int i = 0; i < count; i++)
+        out.emplace_back(fixed_of(points[2 * i]), fixed_of(points[2 * i + 1]));
+    return out;
+}
+
+void polyline(canvas *target, const double *points, int count, int thickness, canvas_color color) {
+    draw(target, [&](cv::Mat &pixels) {
+        cv::polylines(pixels, points_of(points, count), false, scalar_of(color), thickness,
+                      cv::LINE_AA, fraction_bits);
+    });
+}
+
+void polygon(canvas *target, const double *points, int count, canvas_color color) {
+    draw(target, [&](cv::Mat &pixels) {
+        cv::fillPoly(pixels, std::vector<std::vector<cv::Point>>{points_of(points, count)},
+                     scalar_of(color), cv::LINE_AA, fraction_bits);
+    });
+}
+
+void disc(canvas *target, double x, double y, double radius, canvas_color color) {
+    draw(target, [&](cv::Mat &pixels) {
+        cv::circle(pixels, cv::Point(fixed_of(x), fixed_of(y)), fixed_of(radius), scalar_of(color),
+                   cv::FILLED, cv::LINE_AA, fraction_bits);
+    });
+}
+
 void text(canvas *target, int x, int y, double size, canvas_color color, const char *text) {
     draw(target, [&](cv::Mat &pixels) {
         cv::putText(pixels, text, cv::Point(x, y), font, font_scale(size), scalar_of(color),
@@ -283,5 +332,6 @@ bool heat_colors(const uint8_t *values, int count, uint8_t *rgb) {
 } // namespace
 
 const struct opencv fewray_opencv = {
-    measure_checked, create, destroy, pixels, paste, fill, outline, text, text_width, heat_colors,
+    measure_checked, create,  destroy, pixels, paste,      fill,        outline,
+    polyline,        polygon, disc,    text,   text_width, heat_colors,
 };

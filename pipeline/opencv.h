@@ -37,6 +37,13 @@ struct opencv {
                   struct box place);
     void (*fill)(struct canvas *canvas, struct box place, canvas_color color);
     void (*outline)(struct canvas *canvas, struct box place, int thickness, canvas_color color);
+    /* Points are x, y pairs in pixels, fractions count; the centre of the first pixel is 0, 0.
+     * Lines and edges are smooth. */
+    void (*polyline)(struct canvas *canvas, const double *points, int count, int thickness,
+                     canvas_color color);
+    void (*polygon)(struct canvas *canvas, const double *points, int count,
+                    canvas_color color); /* filled */
+    void (*disc)(struct canvas *canvas, double x, double y, double radius, canvas_color color);
     /* size: height of a capital, pixels; x, y: lower left corner. ASCII only. */
     void (*text)(struct canvas *canvas, int x, int y, double size, canvas_color color,
                  const char *text);

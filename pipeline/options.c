@@ -13,7 +13,7 @@
 
 #include "pipeline/command.h"
 
-enum { OPTIONS_MAX = 40, HELP_CODE = 1000, FIRST_CODE = 1001 };
+enum { OPTIONS_MAX = 64, HELP_CODE = 1000, FIRST_CODE = 1001 };
 
 static bool parse_int(const struct option_spec *option, const char *text) {
     char *end;

@@ -58,8 +58,6 @@ int outputs_check(const struct fewray_outputs *outputs, struct fewray_error *err
     for (int i = 0; i < OUTPUT_MAX && !status; i++)
         if (paths[i])
             status = check_path(paths[i], error);
-    if (!status && outputs->png && !fewray_image_available(outputs->png, error))
-        status = FEWRAY_ERROR_UNSUPPORTED;
     return status;
 }
 

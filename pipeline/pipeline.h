@@ -34,6 +34,11 @@ struct fewray_job {
     struct fewray_denoise_options
         denoise; /* its threads, progress and cancel are ignored, as above */
     struct fewray_outputs outputs;
+    int part, parts;    /* 1..parts: this share of the samples of each pixel, settings.spp of
+                           parts * settings.spp, goes into outputs.exr for fewray_merge_run(), never
+                           denoised, always as 32-bit floats; parts = 0: a whole picture */
+    bool skip_existing; /* a part that is there already, whole and of the same scene and settings,
+                           isn't rendered again */
     void (*warn)(
         void *user,
         const char *text); /* NULL; called after success, once for each warning of the scene */
@@ -50,9 +55,10 @@ struct fewray_run_stats {
     int tiles, tiles_denoised; /* of the denoiser */
     size_t repaired;           /* bad pixels of the file that was read; 0 for a render */
     int unused_textures;       /* bitmaps that weren't read: no material of a shape uses them */
-    bool no_images;            /* neither the scene nor an output needed the image library */
+    bool no_images;            /* the scene needed no image library */
     bool guide_skipped;        /* the pilot advised against the guide */
     bool first_look_was_all;   /* a guided render whose samples were all spent on the first look */
+    bool kept;                 /* the part was there already */
 };
 
 /* Loads, looks, guides, renders, denoises and writes. *picture (picture may be NULL) gets the frame
@@ -60,6 +66,58 @@ struct fewray_run_stats {
  * so far is written all the same, without the denoiser, and FEWRAY_ERROR_CANCELLED returned. */
 FEWRAY_API int fewray_job_run(const struct fewray_job *job, struct fewray_frame **picture,
                               struct fewray_run_stats *stats, struct fewray_error *error);
+
+/* --- parts of a picture to the picture */
+
+struct fewray_merge_job {
+    const char *const *paths; /* (count): files of fewray_job_run() with parts, in any order */
+    int count;
+    bool partial; /* parts may be missing */
+    bool denoised;
+    struct fewray_denoise_options
+        denoise; /* its threads, progress and cancel are ignored: those below count */
+    struct fewray_outputs outputs;
+    int threads;                                                      /* 0 = all cores */
+    void (*progress)(void *user, const char *phase, double fraction); /* NULL */
+    void *progress_user;
+    const volatile int *cancel; /* NULL; non-zero ends the work with FEWRAY_ERROR_CANCELLED */
+};
+/* Denoised, no parts, no outputs. */
+FEWRAY_API void fewray_merge_job_init(struct fewray_merge_job *job);
+
+/* Checks that the parts belong together and merges them, weighted by each pixel's number of
+ * samples, one file after another; the result doesn't depend on the order of the paths. A part that
+ * is missing, given twice, damaged or of another picture is an error that names it. *picture
+ * (picture may be NULL) is owned by the caller; stats may be NULL: load_s holds the seconds of
+ * reading and merging. */
+FEWRAY_API int fewray_merge_run(const struct fewray_merge_job *job, struct fewray_frame **picture,
+                                struct fewray_run_stats *stats, struct fewray_error *error);
+
+/* --- many frames */
+
+/* first, first + step, ... up to last; none is negative. */
+struct fewray_frames {
+    int first, last, step;
+};
+
+struct fewray_sequence {
+    struct fewray_frames frames;
+    float fps;          /* frames of a second; frame 0 is at second 0 (24) */
+    bool temporal;      /* where denoised, what is filtered is the mean over the frames so far */
+    bool skip_existing; /* frames whose output files are all there are left as they are */
+    void (*frame_done)(void *user, int frame, const struct fewray_run_stats *stats); /* NULL */
+    void *user;
+};
+/* One frame, number 0. */
+FEWRAY_API void fewray_sequence_init(struct fewray_sequence *sequence);
+
+/* Renders the frames one after another, each with the camera at its own time and a seed of its own
+ * made of the job's and its number. The scene is loaded once, unless it has $frame, which gets the
+ * frame's number. Names of the job's outputs have a run of # or a %04d for that number. A cancelled
+ * frame is written as fewray_job_run() does, and no more begun. */
+FEWRAY_API int fewray_sequence_run(const struct fewray_job *job,
+                                   const struct fewray_sequence *sequence,
+                                   struct fewray_error *error);
 
 /* --- metrics */
 
@@ -79,6 +137,8 @@ struct fewray_metrics {
     /* 1 - SSIM of the display images (Wang et al. 2004, eq. 13: Gaussian window of 11 pixels, sigma
      * 1.5, borders of 5 pixels left out); NaN below 11x11 pixels */
     double ssim_loss;
+    double flip; /* mean LDR-FLIP of the display images at 67 pixels per degree (Andersson et al.
+                    2020), 0..1; pixels left out count as equal */
     /* The reference's own noise, stderr^2 / (r^2 + 0.01), where it has stderr.R/G/B. */
     double ref_mrse;
     double mrse_net; /* mrse - ref_mrse: about the error against a noise-free reference */

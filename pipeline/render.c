@@ -6,12 +6,16 @@
 
 #include "pipeline/clock.h"
 #include "pipeline/outputs.h"
+#include "pipeline/part.h"
 #include "pipeline/pipeline.h"
+#include "pipeline/shot.h"
 #include "pipeline/stats.h"
 
 /* What the steps hand to each other. */
 struct run {
     const struct fewray_job *job;
+    struct fewray_outputs outputs; /* the job's in the first process of a team, else none */
+    struct shot *shot; /* NULL: a picture of its own */
     struct fewray_render_settings
         settings; /* the job's, with the number of threads and the first look settled */
     struct fewray_run_stats stats;
@@ -23,7 +27,11 @@ struct run {
     struct fewray_look *look;
     struct fewray_maps *maps;
     struct fewray_frame *frame;
+    struct part_label label; /* of a part of a picture */
 };
+
+/* A step's status that ends the run without fault. */
+enum { PART_IS_THERE = 1 };
 
 void fewray_job_init(struct fewray_job *job) {
     *job = (struct fewray_job){.guided = true, .denoised = true, .pilot = true};
@@ -38,10 +46,69 @@ static bool has_maps(const struct run *run) {
     return run->guided && !run->job->ppg;
 }
 
+/* Whether this process makes the picture of what its team has traced. */
+static bool is_first(const struct run *run) {
+    return !run->settings.team || run->settings.team->rank == 0;
+}
+
+/* A step is done where it is done in all processes of the team. */
+static int agree(const struct run *run, int status, struct fewray_error *error) {
+    return fewray_team_agree(run->settings.team, status, error);
+}
+
+/* Samples are counted by 32-bit numbers, the look's directions by 256 for each. */
+static int check_part(const struct fewray_job *job, const struct fewray_render_settings *settings,
+                      struct fewray_error *error) {
+    if (!job->parts)
+        return FEWRAY_OK;
+    if (job->part < 1 || job->part > job->parts)
+        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0, "there is no part %d of %d",
+                           job->part, job->parts);
+    if (job->guided && job->ppg)
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, job->scene_path, 0,
+                           "practical path guiding can't render in parts; take another guide");
+    if ((long long)job->parts * settings->spp > INT32_MAX ||
+        (long long)job->parts * settings->initial > INT32_MAX / 256)
+        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
+                           "%d parts of %d samples a pixel are more than can be counted; make "
+                           "fewer parts",
+                           job->parts, settings->spp);
+    return FEWRAY_OK;
+}
+
+/* What can be told to be impossible before anything is loaded. */
+static int check(const struct run *run, struct fewray_error *error) {
+    if (run->settings.team && run->settings.team->size > 1 && run->job->guided && run->job->ppg)
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, run->job->scene_path, 0,
+                           "practical path guiding learns within one process; start it without "
+                           "mpirun, or take another guide");
+    const int status = check_part(run->job, &run->settings, error);
+    return status ? status : outputs_check(&run->outputs, error);
+}
+
+/* Of a part: what it is, and whether it is there already. */
+static int label_part(struct run *run) {
+    int width, height;
+    if (!run->job->parts)
+        return FEWRAY_OK;
+    fewray_film_size(run->film, &width, &height);
+    part_label_of_job(run->job, &run->settings, fewray_scene_fingerprint(run->scene), width, height,
+                      &run->label);
+    run->stats.kept =
+        run->job->skip_existing && run->outputs.exr && part_is_there(&run->label, run->outputs.exr);
+    return run->stats.kept ? PART_IS_THERE : FEWRAY_OK;
+}
+
 static void start_run(struct run *run, const struct fewray_job *job) {
     *run = (struct run){.job = job, .settings = job->settings};
+    if (is_first(run))
+        run->outputs = job->outputs;
     struct fewray_render_settings *settings = &run->settings;
     settings->threads = stats_threads(settings->threads);
+    if (job->parts) {
+        settings->part = job->part - 1;
+        run->outputs.float32 = true;
+    }
     if (settings->initial > settings->spp)
         settings->initial = settings->spp;
     run->stats.threads = settings->threads;
@@ -53,14 +120,21 @@ static void start_run(struct run *run, const struct fewray_job *job) {
 static int load(struct run *run, struct fewray_error *error) {
     struct fewray_scene_options options = run->job->scene;
     options.threads = run->settings.threads;
-    int status = fewray_scene_load(run->job->scene_path, &options, &run->scene, error);
+    int status = FEWRAY_OK;
+    if (!run->scene)
+        status = fewray_scene_load(run->job->scene_path, &options, &run->scene, error);
+    if (!status && run->shot) {
+        run->shot->scene = run->scene;
+        fewray_scene_set_time(run->scene, run->shot->time);
+    }
     run->stats.load_s = clock_lap(&run->lap);
     if (status)
         return status;
     const struct fewray_scene_summary summary = fewray_scene_summarize(run->scene);
     run->stats.unused_textures = summary.unused_textures;
-    run->stats.no_images = !summary.images && !run->job->outputs.png;
-    status = fewray_world_create(run->scene, run->settings.threads, &run->world, error);
+    run->stats.no_images = !summary.images;
+    if (!run->world)
+        status = fewray_world_create(run->scene, run->settings.threads, &run->world, error);
     if (!status)
         status = fewray_film_create(run->world, &run->settings, &run->film, error);
     run->stats.bvh_s = clock_lap(&run->lap);
@@ -123,6 +197,11 @@ static int develop(struct run *run, struct fewray_error *error) {
     int status = fewray_film_frame(run->film, run->maps, &run->frame, error);
     if (!status && run->stats.guide_skipped)
         status = add_empty_irradiance(run->frame, error);
+    if (!status && run->job->parts) {
+        status = fewray_film_add_moments(run->film, run->maps, run->frame, error);
+        if (!status && !part_label_write(&run->label, run->frame))
+            status = fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the header");
+    }
     if (!status) {
         run->stats.width = run->frame->width;
         run->stats.height = run->frame->height;
@@ -139,8 +218,12 @@ static int render(struct run *run, struct fewray_error *error) {
             : fewray_trace_rest(run->world, run->maps, &run->settings, run->film, counts, error);
     if (!status)
         status = fewray_trace_edges(run->world, &run->settings, run->film, counts, error);
-    if (!status)
+    if (!status && is_first(run))
         status = develop(run, error);
+    if (!status) { /* the denoiser gets their memory */
+        fewray_film_destroy(&run->film);
+        fewray_maps_destroy(&run->maps);
+    }
     run->stats.render_s = clock_lap(&run->lap);
     return status;
 }
@@ -159,17 +242,19 @@ static int denoise(struct run *run, struct fewray_error *error) {
         parts[part_count++] = "direct";
     if (run->settings.indirect)
         parts[part_count++] = "indirect";
-    if (!run->job->denoised)
+    if (!run->job->denoised || run->job->parts || !is_first(run))
         return FEWRAY_OK;
     struct fewray_denoise_options options = run->job->denoise;
-    options.threads = run->settings.threads;
+    options.threads = run->job->settings.threads;
     options.cancel = run->settings.cancel;
     options.progress = run->settings.progress ? denoise_progress : NULL;
     options.progress_user = &run->settings;
     struct fewray_denoiser *denoiser = NULL;
     struct fewray_denoise_stats stats = {0};
     int status = fewray_denoiser_create(&options, &denoiser, error);
-    if (!status)
+    if (!status && run->shot && run->shot->history)
+        status = shot_denoise(run->shot, denoiser, run->frame, parts, part_count, &stats, error);
+    else if (!status)
         status =
             fewray_denoise_frame_layers(denoiser, run->frame, parts, part_count, &stats, error);
     fewray_denoiser_destroy(&denoiser);
@@ -180,8 +265,9 @@ static int denoise(struct run *run, struct fewray_error *error) {
 }
 
 static int write(struct run *run, struct fewray_error *error) {
-    const int status =
-        outputs_write(&run->job->outputs, run->frame, &run->stats, run->start, error);
+    if (!is_first(run))
+        return FEWRAY_OK;
+    const int status = outputs_write(&run->outputs, run->frame, &run->stats, run->start, error);
     run->lap = clock_seconds();
     return status;
 }
@@ -189,11 +275,17 @@ static int write(struct run *run, struct fewray_error *error) {
 /* A cancelled run still leaves the samples that it has. Returns FEWRAY_ERROR_CANCELLED, or why it
  * couldn't. */
 static int write_what_is_done(struct run *run, struct fewray_error *error) {
-    int status = run->film ? FEWRAY_OK : FEWRAY_ERROR_CANCELLED;
-    if (!status && !run->frame)
+    if (run->job->parts)
+        return fewray_fail(error, FEWRAY_ERROR_CANCELLED, run->outputs.exr, 0,
+                           "interrupted; a part is written whole or not at all");
+    int status = run->film || run->frame ? FEWRAY_OK : FEWRAY_ERROR_CANCELLED;
+    if (!status && run->film)
+        status = fewray_film_share(run->film, run->settings.team, error);
+    if (!status && !run->frame && is_first(run))
         status = develop(run, error);
     if (!status)
         status = write(run, error);
+    status = agree(run, status, error);
     if (status && status != FEWRAY_ERROR_CANCELLED)
         return status;
     return fewray_fail(error, FEWRAY_ERROR_CANCELLED, run->job->scene_path, 0, "interrupted; %s",
@@ -212,26 +304,40 @@ static void end_run(struct run *run) {
     fewray_maps_destroy(&run->maps);
     fewray_look_destroy(&run->look);
     fewray_film_destroy(&run->film);
+    if (run->shot) {
+        run->shot->world = run->world;
+        return;
+    }
     fewray_world_destroy(&run->world);
     fewray_scene_destroy(&run->scene);
 }
 
-int fewray_job_run(const struct fewray_job *job, struct fewray_frame **picture,
+int shot_run_frame(const struct fewray_job *job, struct shot *shot, struct fewray_frame **picture,
                    struct fewray_run_stats *stats, struct fewray_error *error) {
     if (picture)
         *picture = NULL;
-    int status = outputs_check(&job->outputs, error);
-    if (status)
-        return status;
-
     struct run run;
     start_run(&run, job);
-    if ((status = load(&run, error)) || (status = decide(&run, error)) ||
-        (status = look(&run, error)) || (status = guide(&run, error)) ||
-        (status = render(&run, error)) || (status = denoise(&run, error)) ||
-        (status = write(&run, error))) {
+    if (shot) {
+        run.shot = shot;
+        run.scene = shot->scene;
+        run.world = shot->world;
+    }
+    int status = agree(&run, check(&run, error), error);
+    if (status)
+        return status;
+    if ((status = agree(&run, load(&run, error), error)) ||
+        (status = agree(&run, label_part(&run), error)) ||
+        (status = agree(&run, decide(&run, error), error)) ||
+        (status = agree(&run, look(&run, error), error)) ||
+        (status = agree(&run, guide(&run, error), error)) ||
+        (status = agree(&run, render(&run, error), error)) ||
+        (status = agree(&run, denoise(&run, error), error)) ||
+        (status = agree(&run, write(&run, error), error))) {
         if (status == FEWRAY_ERROR_CANCELLED)
             status = write_what_is_done(&run, error);
+        else if (status == PART_IS_THERE)
+            status = FEWRAY_OK;
     } else if (job->warn) {
         tell_warnings(&run);
     }
@@ -244,4 +350,9 @@ int fewray_job_run(const struct fewray_job *job, struct fewray_frame **picture,
         *stats = run.stats;
     end_run(&run);
     return status;
+}
+
+int fewray_job_run(const struct fewray_job *job, struct fewray_frame **picture,
+                   struct fewray_run_stats *stats, struct fewray_error *error) {
+    return shot_run_frame(job, NULL, picture, stats, error);
 }

@@ -6,8 +6,12 @@
 #include <stdarg.h>
 #include <stdio.h>
 
+#include "pipeline/ranks.h"
+
 /* A file name or a value from the command line may hold anything; a line of ours stays one line. */
 static void print_line(const char *prefix, char *text) {
+    if (ranks_is_silent())
+        return;
     for (char *c = text; *c; c++)
         if ((unsigned char)*c < ' ')
             *c = ' ';

@@ -4,8 +4,8 @@
 # install_missing PACKAGE... installs those that aren't there, and asks for root's rights only then.
 
 BUILD_PACKAGES="cmake ninja-build gcc g++ libc6-dev pkg-config libembree-dev libopenexr-dev libopenimageio-dev
-libopencv-dev libexpat1-dev libjansson-dev libassimp-dev zlib1g-dev"
-TEST_PACKAGES="libcmocka-dev"
+libdeflate-dev libpng-dev libopencv-dev libexpat1-dev libjansson-dev libassimp-dev zlib1g-dev"
+TEST_PACKAGES="libcmocka-dev openmpi-bin libopenmpi-dev"
 
 install_missing() {
     missing=""

@@ -54,5 +54,8 @@ struct fewray_look {
  * caller: fewray_look_destroy(). */
 int look_create(int width, int height, int samples, bool seconds, struct fewray_look **out,
                 struct fewray_error *error);
+/* Gives each process of a team (may be NULL) all records. */
+int look_exchange(struct fewray_look *look, const struct fewray_team *team,
+                  struct fewray_error *error);
 
 #endif

@@ -110,6 +110,10 @@ void map_sums_start(struct fewray_maps *maps, int m, const float wanted[SPHERE_B
 /* Adds a sample of pixel (x, y) to its map's sums. Not for two threads at once in the same 16 x 16
  * pixels, which may share a map. */
 void maps_learn(struct fewray_maps *maps, int x, int y, const struct look_record *record);
+/* Gives each process of a team (may be NULL) all maps. A map's blocks lie in one tile, whose
+ * process makes it and has its sums. */
+int maps_exchange(struct fewray_maps *maps, const struct fewray_team *team,
+                  struct fewray_error *error);
 /* Makes new densities of all sums so far, with the network's as prior. */
 void maps_refine(struct fewray_maps *maps, int threads);
 

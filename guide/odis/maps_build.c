@@ -10,6 +10,8 @@
 #include "guide/odis/network.h"
 #include "guide/odis/probes.h"
 #include "guide/trace/film.h"
+#include "guide/trace/team.h"
+#include "guide/trace/tiles.h"
 
 /* What four blocks must show to share a map, at GROUP_PROBES x GROUP_PROBES pixels of theirs: */
 #define GROUP_PROBES   4
@@ -141,6 +143,13 @@ static void set_moments(struct map *map, const float wanted[SPHERE_BINS],
     map->map_moment = of_bsdf > 0 ? of_map / of_bsdf : 1;
 }
 
+/* Which process of a team makes a map. */
+static int map_owner(const void *user, struct team_deal deal, size_t m) {
+    const struct place *p = (const struct place *)user + m;
+    return team_owner(deal, p->blocks.i0 * BLOCK_SIZE / TILE_SIZE,
+                      p->blocks.j0 * BLOCK_SIZE / TILE_SIZE);
+}
+
 /* Makes the map at a place; false where the look tells too little. */
 static bool make_map(const struct fewray_look *look, const struct place *p, float bsdf_fraction,
                      struct odis_network *network, struct gathered *g, struct fewray_maps *maps,
@@ -174,20 +183,36 @@ static bool make_map(const struct fewray_look *look, const struct place *p, floa
     return true;
 }
 
-static void set_index(struct fewray_maps *maps, const struct place *p, int m) {
-    for (int j = p->blocks.j0; j < p->blocks.j1; j++)
-        for (int i = p->blocks.i0; i < p->blocks.i1; i++)
-            maps->index[(size_t)j * (size_t)maps->columns + (size_t)i] = m;
+/* Sets the maps of all blocks; returns the number of maps that could be made. */
+static int set_index(struct fewray_maps *maps) {
+    int made = 0;
+    for (int m = 0; m < maps->count; m++) {
+        const struct block_range *blocks = &maps->maps[m].blocks;
+        for (int j = blocks->j0; j < blocks->j1; j++)
+            for (int i = blocks->i0; i < blocks->i1; i++)
+                maps->index[(size_t)j * (size_t)maps->columns + (size_t)i] = m;
+        made += blocks->i1 > blocks->i0;
+    }
+    return made;
+}
+
+static void count_maps(const struct fewray_maps *maps, int made,
+                       struct fewray_render_stats *stats) {
+    stats->grids += (long long)maps->columns * maps->rows;
+    stats->grids_inferred += made;
+    for (int k = 0; k < maps->columns * maps->rows; k++)
+        stats->grids_shared += maps->index[k] >= 0;
+    stats->grids_shared -= made;
 }
 
 static int fill_maps(const struct fewray_look *look, const struct fewray_render_settings *settings,
                      const struct odis_weights *weights, const struct place *places,
-                     struct fewray_maps *maps, struct fewray_render_stats *stats,
-                     struct fewray_error *error) {
+                     struct fewray_maps *maps, struct fewray_error *error) {
     int done = 0;
-    long long inferred = 0;
+    const struct team_deal deal = team_deal(settings->team);
+    const int rank = settings->team ? settings->team->rank : 0;
     bool no_memory = false, cancelled = false;
-#pragma omp parallel num_threads(film_threads(settings)) reduction(+ : inferred)
+#pragma omp parallel num_threads(film_threads(settings))
     {
         struct odis_network *network = odis_network_create(weights);
         struct gathered *g = malloc(sizeof(*g));
@@ -197,39 +222,37 @@ static int fill_maps(const struct fewray_look *look, const struct fewray_render_
         }
 #pragma omp for schedule(dynamic, 16)
         for (int m = 0; m < maps->count; m++) {
-            if (!network || !g)
+            if (!network || !g || map_owner(places, deal, (size_t)m) != rank)
                 continue;
             if (settings->cancel && *settings->cancel) {
 #pragma omp atomic write
                 cancelled = true;
                 continue;
             }
-            if (make_map(look, &places[m], settings->bsdf_fraction, network, g, maps, m)) {
-                set_index(maps, &places[m], m);
-                inferred++;
-            }
+            if (!make_map(look, &places[m], settings->bsdf_fraction, network, g, maps, m))
+                maps->maps[m].blocks = (struct block_range){0, 0, 0, 0};
             int now;
 #pragma omp atomic capture
             now = ++done;
             if (now % 64 == 0 && settings->progress) {
 #pragma omp critical(fewray_maps)
-                settings->progress(settings->progress_user, "guide", (double)now / maps->count);
+                settings->progress(settings->progress_user, "guide",
+                                   fmin(1, (double)now * deal.size / maps->count));
             }
         }
         free(g);
         odis_network_destroy(&network);
     }
-    stats->grids += (long long)maps->columns * maps->rows;
-    stats->grids_inferred += inferred;
-    for (int k = 0; k < maps->columns * maps->rows; k++)
-        stats->grids_shared += maps->index[k] >= 0;
-    stats->grids_shared -= inferred;
+    int status = FEWRAY_OK;
     if (no_memory)
-        return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
-                           "no memory for the guide's network");
-    if (cancelled)
-        return fewray_fail(error, FEWRAY_ERROR_CANCELLED, NULL, 0, "interrupted");
-    return FEWRAY_OK;
+        status =
+            fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the guide's network");
+    else if (cancelled)
+        status = fewray_fail(error, FEWRAY_ERROR_CANCELLED, NULL, 0, "interrupted");
+    status = fewray_team_agree(settings->team, status, error);
+    return status ? status
+                  : team_share(settings->team, maps->maps, sizeof(*maps->maps), (size_t)maps->count,
+                               map_owner, places, error);
 }
 
 /* Whether a map was gathered from the block (i, j), too. */
@@ -280,7 +303,7 @@ static int build_maps(const struct fewray_look *look, const struct fewray_render
                       const struct odis_weights *weights, struct fewray_maps *maps,
                       struct fewray_render_stats *stats, struct fewray_error *error) {
     struct place *places = NULL;
-    int status;
+    int status = FEWRAY_OK;
     maps->width = look->width;
     maps->height = look->height;
     maps->fixed_fraction = settings->bsdf_fraction >= 0;
@@ -299,14 +322,16 @@ static int build_maps(const struct fewray_look *look, const struct fewray_render
     if (learns)
         maps->sums = map_sums_create(maps->count);
     if (!maps->index || !maps->look_noise || maps->count < 0 || (maps->count > 0 && !maps->maps) ||
-        (learns && !maps->sums)) {
+        (learns && !maps->sums))
         status =
             fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the sampling maps");
-    } else {
+    status = fewray_team_agree(settings->team, status, error);
+    if (!status)
+        status = fill_maps(look, settings, weights, places, maps, error);
+    if (!status) {
         memset(maps->index, 0xff, index_bytes); /* -1 */
-        status = fill_maps(look, settings, weights, places, maps, stats, error);
-        if (!status)
-            set_look_noise(maps, gather_ring(look), settings);
+        count_maps(maps, set_index(maps), stats);
+        set_look_noise(maps, gather_ring(look), settings);
     }
     free(places);
     return status;
@@ -320,16 +345,15 @@ int fewray_maps_create(struct fewray_look *look, const struct fewray_render_sett
     int status = settings->paper_weights && !settings->weights_path
                      ? odis_weights_load_paper(&weights, error)
                      : odis_weights_load(settings->weights_path, &weights, error);
-    if (status)
-        return status;
     struct fewray_maps *maps = calloc(1, sizeof(*maps));
-    if (!maps)
+    if (!status && !maps)
         status =
             fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the sampling maps");
     if (!settings->probes || !look->seconds)
         probes_do_without(look, film_threads(settings));
     else if (!status)
         status = probes_create(look, film_threads(settings), &maps->probes, error);
+    status = fewray_team_agree(settings->team, status, error);
     if (!status)
         status = build_maps(look, settings, weights, maps, stats, error);
     if (!status && maps->probes && !maps_find_places(maps))

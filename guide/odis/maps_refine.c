@@ -6,6 +6,8 @@
 
 #include "guide/odis/gather.h"
 #include "guide/odis/maps.h"
+#include "guide/trace/team.h"
+#include "guide/trace/tiles.h"
 
 #define PRIOR_SAMPLES 16.0f /* of a bin that the network's estimate counts for */
 
@@ -67,4 +69,16 @@ void maps_refine(struct fewray_maps *maps, int threads) {
     for (int m = 0; m < maps->count; m++)
         if (maps->sums[m].samples > 0)
             refine_map(maps, &maps->maps[m], &maps->sums[m]);
+}
+
+static int map_owner(const void *user, struct team_deal deal, size_t m) {
+    const struct block_range *blocks = &((const struct map *)user)[m].blocks;
+    return team_owner(deal, blocks->i0 * BLOCK_SIZE / TILE_SIZE,
+                      blocks->j0 * BLOCK_SIZE / TILE_SIZE);
+}
+
+int maps_exchange(struct fewray_maps *maps, const struct fewray_team *team,
+                  struct fewray_error *error) {
+    return team_share(team, maps->maps, sizeof(*maps->maps), (size_t)maps->count, map_owner,
+                      maps->maps, error);
 }

@@ -139,8 +139,8 @@ static struct pass_spread measure_spread(const struct fewray_film *film) {
     size_t pixels = (size_t)film->width * (size_t)film->height;
     struct pass_spread sum = {0, 0};
     for (size_t i = 0; i < pixels; i++) {
-        const struct pixel_group *pass = &film->groups[i * GROUP_COUNT + GROUP_LOOK];
-        const struct pixel_group *so_far = &film->groups[i * GROUP_COUNT + GROUP_REST];
+        const struct pixel_group *pass = &film->group[GROUP_LOOK][i];
+        const struct pixel_group *so_far = &film->group[GROUP_REST][i];
         double distance = 0;
         for (int c = 0; c < 3; c++) {
             double d = (double)pass->radiance[c] - so_far->radiance[c];
@@ -180,7 +180,7 @@ static void combine_pixel(struct pixel_group *sum, const struct pixel_group *pas
 }
 
 static void clear_pass(struct fewray_film *film, size_t pixel) {
-    film->groups[pixel * GROUP_COUNT + GROUP_LOOK] = (struct pixel_group){.count = 0};
+    film->group[GROUP_LOOK][pixel] = (struct pixel_group){.count = 0};
     for (int c = 0; film->indirect && c < 3; c++)
         film->indirect[pixel * GROUP_COUNT + GROUP_LOOK][c] = 0;
 }
@@ -203,10 +203,9 @@ static void combine_pass(struct ppg_job *job, int pass) {
     job->weight = pass > 0 && pass >= job->first_kept ? job->weight + weight : 0;
     size_t pixels = (size_t)film->width * (size_t)film->height;
     for (size_t i = 0; i < pixels; i++) {
-        struct pixel_group *groups = &film->groups[i * GROUP_COUNT];
         float(*indirect)[3] = film->indirect ? &film->indirect[i * GROUP_COUNT] : NULL;
-        combine_pixel(&groups[GROUP_REST], &groups[GROUP_LOOK], indirect, (float)share,
-                      (float)single);
+        combine_pixel(&film->group[GROUP_REST][i], &film->group[GROUP_LOOK][i], indirect,
+                      (float)share, (float)single);
         clear_pass(film, i);
     }
 }
@@ -216,7 +215,7 @@ static void combine_pass(struct ppg_job *job, int pass) {
 static void finish_film(struct fewray_film *film) {
     size_t pixels = (size_t)film->width * (size_t)film->height;
     for (size_t i = 0; i < pixels; i++) {
-        struct pixel_group *g = &film->groups[i * GROUP_COUNT + GROUP_REST];
+        struct pixel_group *g = &film->group[GROUP_REST][i];
         clear_pass(film, i);
         for (int c = 0; c < 3; c++)
             g->deviation[c] *= (float)g->count * (float)(g->count - 1);
@@ -273,7 +272,7 @@ int fewray_trace_ppg(const struct fewray_world *world,
     job->tiles = job->columns * ((film->height + TILE_SIZE - 1) / TILE_SIZE);
     job->path_records = PATH_RECORDS;
     struct RTCBounds b;
-    rtcGetSceneBounds(world->embree, &b);
+    embree.rtcGetSceneBounds(world->embree, &b);
     int status =
         ppg_create(vec(b.lower_x, b.lower_y, b.lower_z), vec(b.upper_x, b.upper_y, b.upper_z),
                    (long long)film->width * film->height, &job->ppg, error);

@@ -49,6 +49,11 @@ static int check_duplicates(struct loader *loader, const struct xml_node *plugin
 static int check_place(struct loader *loader, const struct xml_node *node) {
     enum element_kind parent = element_kind(node->parent->tag), kind = element_kind(node->tag);
     bool in_transform = parent == ELEMENT_TRANSFORM;
+    if (parent == ELEMENT_ANIMATION && kind == ELEMENT_TRANSFORM)
+        return FEWRAY_OK;
+    if (kind == ELEMENT_ANIMATION && strcmp(node->parent->tag, "sensor"))
+        return loader_fail(loader, FEWRAY_ERROR_UNSUPPORTED, node,
+                           "only a sensor can be animated, by its to_world");
     bool in_object = xml_attribute(node->parent, "type") || node->parent == loader->document->root;
     if (kind != ELEMENT_DEFAULT &&
         ((kind == ELEMENT_OPERATION) != in_transform || !(in_transform || in_object)))
@@ -59,6 +64,7 @@ static int check_place(struct loader *loader, const struct xml_node *node) {
 
 static int check_node(struct loader *loader, const struct xml_node *node) {
     struct transform unused;
+    double time;
     int status = check_place(loader, node);
     if (status)
         return status;
@@ -73,8 +79,12 @@ static int check_node(struct loader *loader, const struct xml_node *node) {
         if (!strcmp(node->tag, "spectrum") && xml_attribute(node, "type"))
             return check_object(loader, node);
         return param_check(loader, node);
+    case ELEMENT_ANIMATION:
+        return check_name(loader, node);
     case ELEMENT_TRANSFORM:
-        status = check_name(loader, node);
+        status = element_kind(node->parent->tag) == ELEMENT_ANIMATION
+                     ? check_key_time(loader, node, &time)
+                     : check_name(loader, node);
         return status ? status : transform_parse(loader, node, &unused);
     case ELEMENT_REFERENCE:
         if (!xml_attribute(node, "id"))

@@ -128,3 +128,8 @@ const char *defines_unused(const struct defines *defines) {
             return defines->items[i].name;
     return NULL;
 }
+
+bool defines_default_used(const struct defines *defines, const char *name) {
+    const struct define *item = find(defines, name, strlen(name));
+    return item && item->used && !item->from_caller;
+}

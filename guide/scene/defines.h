@@ -34,6 +34,9 @@ bool defines_add_default(struct defines *defines, const char *name, const char *
 char *defines_expand(struct defines *defines, const char *text, void **blocks, const char *file,
                      int line, struct fewray_error *error);
 
+/* Whether the file has $name and the caller doesn't say what it is. */
+bool defines_default_used(const struct defines *defines, const char *name);
+
 /* The first of the caller's names that the file never used, or NULL. */
 const char *defines_unused(const struct defines *defines);
 

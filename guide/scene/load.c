@@ -68,7 +68,7 @@ int fewray_scene_load(const char *path, const struct fewray_scene_options *optio
                                                        "only XML scenes have parameters to define")
                                          : import_scene(path, loader.threads, out, error);
 
-    int status = xml_read(path, options->defines, options->define_count, &loader.document, error);
+    int status = xml_read(path, options, &loader.document, error);
     if (status)
         goto done;
     loader.scene = create_scene(path);
@@ -80,6 +80,7 @@ int fewray_scene_load(const char *path, const struct fewray_scene_options *optio
         (status = assets_read(&loader)) || (status = meshes_build(&loader)) ||
         (status = hand_over_images(&loader)))
         goto done;
+    loader.scene->uses_frame = loader.document->uses_frame;
     loader.scene->unused_textures = unused_textures(loader.document);
     *out = loader.scene;
     loader.scene = NULL;

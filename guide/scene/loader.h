@@ -68,6 +68,10 @@ int check_elements(struct loader *loader);
 
 int parse_scene(struct loader *loader);
 int parse_sensor(struct loader *loader, struct xml_node *sensor);
+/* The keys of a sensor's <animation>; the camera stands where it is at second 0. */
+int parse_camera_animation(struct loader *loader, const struct xml_node *animation);
+/* The time of one of its <transform>s, seconds. */
+int check_key_time(struct loader *loader, const struct xml_node *node, double *time);
 /* A shape of any type, in the scene itself: a shapegroup alone is invisible. */
 int parse_shape(struct loader *loader, struct xml_node *shape);
 /* A shape that becomes a mesh, of the scene itself (group = -1) or of a group. */

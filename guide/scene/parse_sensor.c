@@ -5,6 +5,7 @@
 
 #include "guide/scene/number.h"
 #include "guide/scene/params.h"
+#include "guide/scene/plugins.h"
 #include "guide/scene/transform.h"
 
 /* Film sizes beyond this are a mistake, and would overflow pixel counts. */
@@ -122,6 +123,9 @@ static int parse_fov(struct loader *loader, struct xml_node *sensor) {
 }
 
 static int parse_camera_transform(struct loader *loader, struct xml_node *sensor) {
+    struct xml_node *animation = param_find(sensor, "to_world");
+    if (animation && element_kind(animation->tag) == ELEMENT_ANIMATION)
+        return parse_camera_animation(loader, animation);
     struct transform to_world;
     int status = param_transform(loader, sensor, "to_world", &to_world);
     if (status)

@@ -53,6 +53,7 @@ static const struct {
     {"transform", ELEMENT_TRANSFORM}, {"translate", ELEMENT_OPERATION},
     {"rotate", ELEMENT_OPERATION},    {"scale", ELEMENT_OPERATION},
     {"lookat", ELEMENT_OPERATION},    {"matrix", ELEMENT_OPERATION},
+    {"animation", ELEMENT_ANIMATION},
 };
 
 enum element_kind element_kind(const char *tag) {

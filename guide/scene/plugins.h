@@ -13,6 +13,7 @@ enum element_kind {
     ELEMENT_REFERENCE, /* <ref id="..."/> */
     ELEMENT_PROPERTY,  /* a value with a name: <float name="fov" value="40"/> */
     ELEMENT_TRANSFORM, /* <transform name="to_world"> */
+    ELEMENT_ANIMATION, /* <animation name="to_world">, transforms at times; of Mitsuba 0.6 */
     ELEMENT_OPERATION, /* <translate x="1"/>, within a transform */
     ELEMENT_DEFAULT    /* <default name="spp" value="16"/> */
 };

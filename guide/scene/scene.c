@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A scene's end, and what it holds in numbers. */
 
-#include "guide/scene/scene.h"
+#include "guide/scene/camera_path.h"
 
 #include <stdlib.h>
 
@@ -38,6 +38,7 @@ void fewray_scene_destroy(struct fewray_scene **scene) {
         fewray_image_destroy(&s->images[i]);
     for (int i = 0; i < s->warning_count; i++)
         free(s->warnings[i]);
+    free(s->camera_keys);
     free(s->meshes);
     free(s->instances);
     free(s->images);
@@ -75,6 +76,8 @@ struct fewray_scene_summary fewray_scene_summarize(const struct fewray_scene *sc
         .materials = count_materials(scene),
         .emitters = (scene->environment.kind != ENVIRONMENT_NONE) + scene->light_count,
         .images = scene->image_count,
+        .camera_keys = scene->camera_key_count,
+        .uses_frame = scene->uses_frame,
         .unused_textures = scene->unused_textures,
         .warning_count = scene->warning_count,
         .warnings = (const char *const *)scene->warnings,
@@ -86,4 +89,20 @@ struct fewray_scene_summary fewray_scene_summarize(const struct fewray_scene *sc
     for (int i = 0; i < scene->texture_count; i++)
         summary.textures += scene->textures[i].kind != TEXTURE_CONSTANT;
     return summary;
+}
+
+void fewray_scene_set_time(struct fewray_scene *scene, double seconds) {
+    if (scene->camera_key_count > 0)
+        camera_path_at(scene->camera_keys, scene->camera_key_count, seconds,
+                       scene->camera.to_world);
+}
+
+struct fewray_view fewray_scene_view(const struct fewray_scene *scene) {
+    const struct camera *camera = &scene->camera;
+    struct fewray_view view = {.fov_x = camera->fov_x,
+                               .principal_x = camera->principal_x,
+                               .principal_y = camera->principal_y};
+    for (int i = 0; i < 12; i++)
+        view.to_world[i] = camera->to_world[i];
+    return view;
 }

@@ -151,9 +151,20 @@ struct camera {
     int width, height;              /* pixels */
 };
 
+/* Where the camera is at a time. */
+struct camera_key {
+    double time;        /* seconds */
+    double position[3]; /* world space */
+    double rotation[4]; /* unit quaternion x, y, z, w; of a mirrored camera that of (-x, y, z) */
+    bool mirrored;      /* its axes are left-handed; all keys of a path alike */
+};
+
 struct fewray_scene {
     char *path;
     struct camera camera;
+    int camera_key_count;           /* 0: it rests */
+    struct camera_key *camera_keys; /* in the order of their times */
+    bool uses_frame;                /* the file has $frame */
     int max_depth; /* as Mitsuba counts: 1 = emission only, 2 = direct light; -1 = no limit */
     int rr_depth;
     int sample_count; /* the file's own spp */

@@ -291,17 +291,21 @@ static int read_document(struct xml_reader *reader, const char *path) {
     return sort_ids(reader);
 }
 
-int xml_read(const char *path, const char *const *defines, int define_count,
+int xml_read(const char *path, const struct fewray_scene_options *options,
              struct xml_document **out, struct fewray_error *error) {
     struct xml_reader reader = {.error = error};
     *out = NULL;
-    int status = defines_init(&reader.defines, defines, define_count, error);
+    int status = defines_init(&reader.defines, options->defines, options->define_count, error);
+    if (!status && options->frame && !defines_add_default(&reader.defines, "frame", options->frame))
+        status = fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
     if (!status) {
         reader.document = calloc(1, sizeof(*reader.document));
         status = reader.document
                      ? read_document(&reader, path)
                      : fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
     }
+    if (!status)
+        reader.document->uses_frame = defines_default_used(&reader.defines, "frame");
     defines_free(&reader.defines);
     if (status)
         xml_destroy(&reader.document);

@@ -7,7 +7,7 @@
 
 #include <stdbool.h>
 
-#include "features/features.h"
+#include "guide/guide.h"
 
 struct xml_attribute {
     char *name, *value;
@@ -47,13 +47,15 @@ struct xml_document {
     struct xml_folder *folders;
     struct xml_id *ids; /* sorted by id */
     int id_count, id_capacity;
-    void *blocks; /* memory of all nodes and strings */
+    bool uses_frame; /* $frame stands somewhere, and no -D fixes it */
+    void *blocks;    /* memory of all nodes and strings */
 };
 
-/* Reads a file. defines ("name=value") take precedence over the file's <default>s; one that the
- * file never uses is an error, so that a mistyped name is noticed. Refuses entity declarations
- * (they can grow without bound) and absurd depth. *out is owned by the caller. */
-int xml_read(const char *path, const char *const *defines, int define_count,
+/* Reads a file. options->defines ("name=value") and options->frame take precedence over the file's
+ * <default>s; one that the file never uses is an error, so that a mistyped name is noticed. Refuses
+ * entity declarations (they can grow without bound) and absurd depth. *out is owned by the caller.
+ */
+int xml_read(const char *path, const struct fewray_scene_options *options,
              struct xml_document **out, struct fewray_error *error);
 void xml_destroy(struct xml_document **document);
 

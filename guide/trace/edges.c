@@ -5,6 +5,7 @@
 
 #include "guide/basis.h"
 #include "guide/trace/bundle.h"
+#include "guide/trace/team.h"
 #include "guide/trace/tiles.h"
 
 #define EMISSION_CONTRAST 0.25f /* of the brightest neighbour: less isn't worth the rays */
@@ -32,19 +33,19 @@ struct edge_tile {
 };
 
 static void features_at(const struct fewray_film *film, int x, int y, float f[FEATURES]) {
-    const struct pixel_group *g =
-        &film->groups[((size_t)y * (size_t)film->width + (size_t)x) * GROUP_COUNT];
-    int n = g[GROUP_LOOK].count + g[GROUP_REST].count;
+    const size_t pixel = (size_t)y * (size_t)film->width + (size_t)x;
+    const int n = film->group[GROUP_LOOK][pixel].count + film->group[GROUP_REST][pixel].count;
     for (int i = 0; i < FEATURES; i++)
         f[i] = 0;
     for (int k = 0; k < GROUP_COUNT && n > 0; k++) {
-        float share = (float)g[k].count / (float)n;
+        const struct pixel_group *g = &film->group[k][pixel];
+        const float share = (float)g->count / (float)n;
         for (int c = 0; c < 3; c++) {
-            f[EMISSION + c] += share * g[k].emission[c];
-            f[ALBEDO + c] += share * g[k].albedo[c];
-            f[NORMAL + c] += share * g[k].normal[c];
+            f[EMISSION + c] += share * g->emission[c];
+            f[ALBEDO + c] += share * g->albedo[c];
+            f[NORMAL + c] += share * g->normal[c];
         }
-        f[DEPTH] += share * g[k].depth;
+        f[DEPTH] += share * g->depth;
     }
 }
 
@@ -141,12 +142,12 @@ static void trace_edge_rays(struct edge_rays *r) {
     r->count = 0;
 }
 
-static void add_edge_ray(struct edge_rays *r, int x, int y, int sample) {
+static void add_edge_ray(struct edge_rays *r, int x, int y, uint32_t sample) {
     float u[2];
     uint32_t seed = hash_combine(hash_combine(r->job->seed, (uint32_t)x), (uint32_t)y);
-    sobol_point((uint32_t)sample, seed, u);
+    sobol_point(sample, seed, u);
     r->starts[r->count] =
-        (struct bundle_start){x, y, sampler_start(hash_u32(seed), (uint32_t)sample), .second = NULL};
+        (struct bundle_start){x, y, sampler_start(hash_u32(seed), sample), .second = NULL};
     r->x[r->count] = (float)x + u[0];
     r->y[r->count] = (float)y + u[1];
     if (++r->count == BUNDLE_LANES)
@@ -159,6 +160,7 @@ static void edge_tile(void *user, int x0, int y0, int x1, int y1,
     struct edge_tile tile;
     struct edge_rays rays = {.job = job, .pixel_x = x0, .pixel_y = y0};
     bool any = false;
+    const uint32_t first = (uint32_t)job->settings->part * (uint32_t)job->settings->camera_rays;
     read_tile(job->film, x0, y0, &tile);
     for (int y = y0; y < y1; y++)
         for (int x = x0; x < x1; x++) {
@@ -171,7 +173,7 @@ static void edge_tile(void *user, int x0, int y0, int x1, int y1,
                 any = true;
             }
             for (int s = 0; s < n; s++)
-                add_edge_ray(&rays, x, y, s);
+                add_edge_ray(&rays, x, y, first + (uint32_t)s);
             stats->rays += n;
             stats->edge_pixels++;
         }
@@ -188,5 +190,9 @@ int fewray_trace_edges(const struct fewray_world *world,
     struct edge_job job = {
         settings, film_integrator(world, film, settings), film, bundle_tracer_get(),
         hash_combine((uint32_t)settings->seed ^ STREAM_EDGE, (uint32_t)(settings->seed >> 32))};
-    return tiles_run(film->width, film->height, settings, "edges", edge_tile, &job, stats, error);
+    int status =
+        tiles_run(film->width, film->height, settings, "edges", edge_tile, &job, stats, error);
+    return status ? status
+                  : team_share_pixels(settings->team, film->edges, sizeof(*film->edges),
+                                      film->width, film->height, error);
 }

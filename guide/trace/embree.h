@@ -2,11 +2,13 @@
 #ifndef FEWRAY_GUIDE_EMBREE_H
 #define FEWRAY_GUIDE_EMBREE_H
 
-/* The few calls that differ between Embree 3 and 4. */
+/* Embree as the module "embree" (features/module.h), so that a run without a scene doesn't load it
+ * and its libraries; and the few calls that differ between Embree 3 and 4. */
 
 #include <math.h>
 #include <stdbool.h>
 
+#include "features/features.h"
 #include "guide/vec.h"
 
 #if FEWRAY_EMBREE >= 4
@@ -14,6 +16,46 @@
 #else
 #include <embree3/rtcore.h>
 #endif
+
+/* All functions of Embree that are called; another one is added here alone. */
+#define EMBREE_FUNCTIONS(FUNCTION)                                                                 \
+    FUNCTION(rtcNewDevice)                                                                         \
+    FUNCTION(rtcReleaseDevice)                                                                     \
+    FUNCTION(rtcGetDeviceError)                                                                    \
+    FUNCTION(rtcNewScene)                                                                          \
+    FUNCTION(rtcReleaseScene)                                                                      \
+    FUNCTION(rtcSetSceneBuildQuality)                                                              \
+    FUNCTION(rtcSetSceneFlags)                                                                     \
+    FUNCTION(rtcCommitScene)                                                                       \
+    FUNCTION(rtcGetSceneBounds)                                                                    \
+    FUNCTION(rtcNewGeometry)                                                                       \
+    FUNCTION(rtcReleaseGeometry)                                                                   \
+    FUNCTION(rtcCommitGeometry)                                                                    \
+    FUNCTION(rtcAttachGeometryByID)                                                                \
+    FUNCTION(rtcSetSharedGeometryBuffer)                                                           \
+    FUNCTION(rtcSetGeometryInstancedScene)                                                         \
+    FUNCTION(rtcSetGeometryTransform)                                                              \
+    FUNCTION(rtcSetGeometryUserPrimitiveCount)                                                     \
+    FUNCTION(rtcSetGeometryUserData)                                                               \
+    FUNCTION(rtcSetGeometryBoundsFunction)                                                         \
+    FUNCTION(rtcSetGeometryIntersectFunction)                                                      \
+    FUNCTION(rtcSetGeometryOccludedFunction)                                                       \
+    FUNCTION(rtcIntersect1)                                                                        \
+    FUNCTION(rtcOccluded1)                                                                         \
+    FUNCTION(rtcIntersect16)                                                                       \
+    FUNCTION(rtcOccluded16)
+
+#define EMBREE_POINTER(name) __typeof__(name) *name;
+struct embree_functions {
+    EMBREE_FUNCTIONS(EMBREE_POINTER)
+};
+#undef EMBREE_POINTER
+
+/* Filled by embree_load(), never changed after: calls cost what the linker's own table costs. */
+extern struct embree_functions embree;
+
+/* Opens the module where it isn't yet. Thread-safe. */
+int embree_load(struct fewray_error *error);
 
 static inline struct RTCRay embree_ray(struct vec3 origin, struct vec3 direction, float t_max) {
     return (struct RTCRay){.org_x = origin.x,
@@ -47,13 +89,13 @@ static inline void embree_intersect(RTCScene scene, struct RTCRayHit *ray_hit, b
     struct RTCIntersectArguments arguments;
     rtcInitIntersectArguments(&arguments);
     arguments.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
-    rtcIntersect1(scene, ray_hit, &arguments);
+    embree.rtcIntersect1(scene, ray_hit, &arguments);
 #else
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags =
         coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-    rtcIntersect1(scene, &context, ray_hit);
+    embree.rtcIntersect1(scene, &context, ray_hit);
 #endif
 }
 
@@ -65,11 +107,11 @@ static inline bool embree_occluded(RTCScene scene, struct vec3 origin, struct ve
 #if FEWRAY_EMBREE >= 4
     struct RTCOccludedArguments arguments;
     rtcInitOccludedArguments(&arguments);
-    rtcOccluded1(scene, &ray, &arguments);
+    embree.rtcOccluded1(scene, &ray, &arguments);
 #else
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    rtcOccluded1(scene, &context, &ray);
+    embree.rtcOccluded1(scene, &context, &ray);
 #endif
     return ray.tfar < 0;
 }
@@ -98,13 +140,13 @@ static inline void embree_intersect16(RTCScene scene, const int active[16],
     struct RTCIntersectArguments arguments;
     rtcInitIntersectArguments(&arguments);
     arguments.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
-    rtcIntersect16(valid, scene, rays, &arguments);
+    embree.rtcIntersect16(valid, scene, rays, &arguments);
 #else
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags =
         coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-    rtcIntersect16(valid, scene, &context, rays);
+    embree.rtcIntersect16(valid, scene, &context, rays);
 #endif
 }
 
@@ -115,11 +157,11 @@ static inline void embree_occluded16(RTCScene scene, const int active[16], struc
 #if FEWRAY_EMBREE >= 4
     struct RTCOccludedArguments arguments;
     rtcInitOccludedArguments(&arguments);
-    rtcOccluded16(valid, scene, rays, &arguments);
+    embree.rtcOccluded16(valid, scene, rays, &arguments);
 #else
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    rtcOccluded16(valid, scene, &context, rays);
+    embree.rtcOccluded16(valid, scene, &context, rays);
 #endif
     for (int i = 0; i < 16; i++)
         rays->tfar[i] = active[i] && !valid[i] ? -INFINITY : rays->tfar[i];

@@ -3,6 +3,8 @@
 
 #include "guide/trace/film.h"
 
+#include "guide/trace/team.h"
+
 #include <omp.h>
 #include <stdlib.h>
 
@@ -58,15 +60,18 @@ int fewray_film_create(const struct fewray_world *world,
         film->look_weight = settings->look_weight;
         film->wants_direct = settings->direct;
         film->wants_indirect = settings->indirect;
-        film->groups =
-            calloc((size_t)film->width * (size_t)film->height * GROUP_COUNT, sizeof(*film->groups));
-        film->edges = calloc((size_t)film->width * (size_t)film->height, sizeof(*film->edges));
+        film->threads = film_threads(settings);
+        const size_t pixels = (size_t)film->width * (size_t)film->height;
+        for (int g = 0; g < GROUP_COUNT; g++)
+            film->group[g] = calloc(pixels, sizeof(*film->group[g]));
+        film->edges = calloc(pixels, sizeof(*film->edges));
     }
     const bool split = settings->direct || settings->indirect;
     if (film && split)
         film->indirect = calloc((size_t)film->width * (size_t)film->height * GROUP_COUNT,
                                 sizeof(*film->indirect));
-    if (!film || !film->groups || !film->edges || (split && !film->indirect)) {
+    if (!film || !film->group[GROUP_LOOK] || !film->group[GROUP_REST] || !film->edges ||
+        (split && !film->indirect)) {
         fewray_film_destroy(&film);
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
                            "no memory for the picture; make it smaller with --width and --height");
@@ -78,11 +83,32 @@ int fewray_film_create(const struct fewray_world *world,
 void fewray_film_destroy(struct fewray_film **film) {
     if (!*film)
         return;
-    free((*film)->groups);
+    for (int g = 0; g < GROUP_COUNT; g++)
+        free((*film)->group[g]);
     free((*film)->edges);
     free((*film)->indirect);
     free(*film);
     *film = NULL;
+}
+
+void fewray_film_size(const struct fewray_film *film, int *width, int *height) {
+    *width = film->width;
+    *height = film->height;
+}
+
+int fewray_film_share(struct fewray_film *film, const struct fewray_team *team,
+                      struct fewray_error *error) {
+    int width = film->width, height = film->height;
+    int status = FEWRAY_OK;
+    for (int g = 0; g < GROUP_COUNT && !status; g++)
+        status = team_share_pixels(team, film->group[g], sizeof(*film->group[g]), width, height,
+                                   error);
+    if (!status && film->indirect)
+        status = team_share_pixels(team, film->indirect, GROUP_COUNT * sizeof(*film->indirect),
+                                   width, height, error);
+    if (!status)
+        status = team_share_pixels(team, film->edges, sizeof(*film->edges), width, height, error);
+    return status;
 }
 
 struct integrator film_integrator(const struct fewray_world *world, const struct fewray_film *film,
@@ -128,8 +154,8 @@ static float mix(float stored, double value, double share) {
 }
 
 void film_add(struct fewray_film *film, int x, int y, int group, const struct pixel_sums *sums) {
-    struct pixel_group *g =
-        &film->groups[((size_t)y * (size_t)film->width + (size_t)x) * GROUP_COUNT + (size_t)group];
+    const size_t i = (size_t)y * (size_t)film->width + (size_t)x;
+    struct pixel_group *g = &film->group[group][i];
     if (!sums->count)
         return;
     double before = g->count, each = 1.0 / sums->count;
@@ -143,7 +169,7 @@ void film_add(struct fewray_film *film, int x, int y, int group, const struct pi
         g->normal[c] = mix(g->normal[c], sums->normal[c] * each, share);
     }
     for (int c = 0; film->indirect && c < 3; c++) {
-        float *mean = &film->indirect[g - film->groups][c];
+        float *mean = &film->indirect[i * GROUP_COUNT + (size_t)group][c];
         *mean = mix(*mean, sums->indirect[c] * each, share);
     }
     g->depth = mix(g->depth, sums->depth * each, share);
@@ -154,8 +180,8 @@ void film_add(struct fewray_film *film, int x, int y, int group, const struct pi
 /* Share of the look in the pixel's value: fixed by the numbers of samples and by what the maps
  * around expect of both kinds of samples, never by the samples themselves, so that it can't bias.
  */
-static float look_share(const struct fewray_film *film, const struct fewray_maps *maps, int x,
-                        int y, const struct pixel_group *look, const struct pixel_group *rest) {
+float film_look_share(const struct fewray_film *film, const struct fewray_maps *maps, int x, int y,
+                      const struct pixel_group *look, const struct pixel_group *rest) {
     if (!look->count || !rest->count)
         return look->count > 0;
     float a = (float)look->count, b = (float)rest->count;
@@ -219,9 +245,9 @@ static void fill_parts(const struct fewray_film *film, size_t i, float share,
 static void fill_pixel(const struct fewray_film *film, const struct fewray_maps *maps, int x, int y,
                        const struct layer_planes *p) {
     size_t i = (size_t)y * (size_t)film->width + (size_t)x;
-    const struct pixel_group *look = &film->groups[i * GROUP_COUNT + GROUP_LOOK];
-    const struct pixel_group *rest = &film->groups[i * GROUP_COUNT + GROUP_REST];
-    float s = look_share(film, maps, x, y, look, rest);
+    const struct pixel_group *look = &film->group[GROUP_LOOK][i];
+    const struct pixel_group *rest = &film->group[GROUP_REST][i];
+    float s = film_look_share(film, maps, x, y, look, rest);
     for (int c = 0; c < 3; c++) {
         p->color[c][i] = s * look->radiance[c] + (1 - s) * rest->radiance[c];
         p->variance[c][i] = fminf(mean_variance(look, rest, s, c), VARIANCE_MAX);
@@ -283,6 +309,7 @@ int fewray_film_frame(const struct fewray_film *film, const struct fewray_maps *
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
                            "no memory for the picture's layers");
     }
+#pragma omp parallel for schedule(dynamic, 4) num_threads(film->threads)
     for (int y = 0; y < film->height; y++)
         for (int x = 0; x < film->width; x++) {
             size_t i = (size_t)y * (size_t)film->width + (size_t)x;

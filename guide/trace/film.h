@@ -25,10 +25,13 @@ struct pixel_edge {
 };
 
 struct fewray_film {
-    int width, height;                 /* pixels */
-    float look_weight;                 /* see struct fewray_render_settings */
-    struct pixel_group *groups;        /* (height, width, GROUP_COUNT) */
-    float (*indirect)[3];              /* means beside the groups'; NULL: not kept apart */
+    int width, height; /* pixels */
+    int threads;       /* that make the frame of it */
+    float look_weight; /* see struct fewray_render_settings */
+    /* Each (height, width); of a render without a look the system never gives GROUP_LOOK memory,
+     * because nothing writes there. */
+    struct pixel_group *group[GROUP_COUNT];
+    float (*indirect)[3]; /* (height, width, GROUP_COUNT) means; NULL: not kept apart */
     bool wants_direct, wants_indirect; /* layers of the frame */
     struct pixel_edge *edges;          /* (height, width) */
 };
@@ -45,6 +48,10 @@ struct pixel_sums {
 void pixel_sums_add(struct pixel_sums *sums, const struct path_sample *sample);
 /* Adds the sums to those that a pixel's group has already. */
 void film_add(struct fewray_film *film, int x, int y, int group, const struct pixel_sums *sums);
+
+/* Share of the look in a pixel's value, whose groups are given. */
+float film_look_share(const struct fewray_film *film, const struct fewray_maps *maps, int x, int y,
+                      const struct pixel_group *look, const struct pixel_group *rest);
 
 /* Integrator settings that a picture needs, without guides. */
 struct integrator film_integrator(const struct fewray_world *world, const struct fewray_film *film,

@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "guide/trace/team.h"
 #include "guide/trace/tile_paths.h"
 #include "guide/trace/tiles.h"
 
@@ -50,10 +51,10 @@ static void look_tile(void *user, int x0, int y0, int x1, int y1,
         for (int s = 0; s < n; s++) {
             size_t i = pixel * (size_t)n + (size_t)s;
             struct bundle_start start = {
-                x, y, sampler_start(pixel_seed(job->settings, x, y), (uint32_t)s),
+                x, y, sampler_start(pixel_seed(job->settings, x, y), sample_index(job->settings, s)),
                 .record = &job->look->records[i],
                 .second = job->look->seconds ? &job->look->seconds[i] : NULL};
-            look_direction(job->seed, x, y, s, start.direction);
+            look_direction(job->seed, x, y, job->settings->part * n + s, start.direction);
             tile_paths_add(&paths, &start);
         }
     }
@@ -78,6 +79,17 @@ int look_create(int width, int height, int samples, bool seconds, struct fewray_
                               "no memory for the records of the guide");
 }
 
+int look_exchange(struct fewray_look *look, const struct fewray_team *team,
+                  struct fewray_error *error) {
+    size_t n = (size_t)look->samples;
+    int status = team_share_pixels(team, look->records, n * sizeof(*look->records), look->width,
+                                   look->height, error);
+    if (!status && look->seconds)
+        status = team_share_pixels(team, look->seconds, n * sizeof(*look->seconds), look->width,
+                                   look->height, error);
+    return status;
+}
+
 int fewray_trace_look(const struct fewray_world *world,
                       const struct fewray_render_settings *settings, struct fewray_film *film,
                       struct fewray_look **out, struct fewray_render_stats *stats,
@@ -85,6 +97,7 @@ int fewray_trace_look(const struct fewray_world *world,
     struct fewray_look *look;
     int status =
         look_create(film->width, film->height, settings->initial, settings->probes, &look, error);
+    status = fewray_team_agree(settings->team, status, error);
     if (!status) {
         struct look_job job = {
             settings, film_integrator(world, film, settings), film, look, bundle_tracer_get(),
@@ -92,6 +105,8 @@ int fewray_trace_look(const struct fewray_world *world,
         status = tiles_run(film->width, film->height, settings, "first look", look_tile, &job,
                            stats, error);
     }
+    if (!status)
+        status = look_exchange(look, settings->team, error);
     *out = look;
     return status;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The samples after the first look, guided where there are maps. */
 
+#include "guide/trace/team.h"
 #include "guide/trace/tile_paths.h"
 #include "guide/trace/tiles.h"
 
@@ -60,12 +61,12 @@ static void bundle_tile(struct rest_job *job, int x0, int y0, int x1, int y1,
         for (int s = job->first; s < job->end; s++)
             tile_paths_add(&paths,
                            &(struct bundle_start){
-                               x, y, sampler_start(seed, (uint32_t)(job->look + s)), .second = NULL});
+                               x, y, sampler_start(seed, sample_index(job->settings, job->look + s)), .second = NULL});
     }
     tile_paths_end(&paths);
     if (job->first > 0) /* the pixels were counted by an earlier part */
         counts.pixels_guided = 0;
-    render_stats_add(stats, &counts);
+    stats_add(stats, &counts);
 }
 
 /* Where the maps learn from each sample. */
@@ -78,7 +79,8 @@ static void learning_tile(struct rest_job *job, int x0, int y0, int x1, int y1,
             struct pixel_sums sums = {0};
             bool guided = false;
             for (int s = job->first; s < job->end; s++) {
-                struct sampler sampler = sampler_start(seed, (uint32_t)(job->look + s));
+                struct sampler sampler =
+                    sampler_start(seed, sample_index(job->settings, job->look + s));
                 struct path_notes notes = notes_for(job, x, y, s, &record);
                 struct path_sample p = trace_path(&job->integrator, x, y, &sampler, &notes);
                 pixel_sums_add(&sums, &p);
@@ -126,15 +128,19 @@ static int trace_part(struct rest_job *job, int samples, struct fewray_render_st
 /* New maps from all samples so far, new probes from the last ones, which saw more light than the
  * look. */
 static int refine(struct rest_job *job, struct fewray_maps *maps, struct fewray_error *error) {
+    const struct fewray_team *team = job->settings->team;
     int threads = film_threads(job->settings);
     maps_refine(maps, threads);
+    int status = maps_exchange(maps, team, error);
     job->integrator.part++;
-    if (!job->kept)
-        return FEWRAY_OK;
+    if (status || !job->kept)
+        return status;
+    if ((status = look_exchange(job->kept, team, error)))
+        return status;
     probes_destroy(&maps->probes);
-    int status = probes_create(job->kept, threads, &maps->probes, error);
+    status = probes_create(job->kept, threads, &maps->probes, error);
     job->integrator.guides.probes = maps->probes;
-    return status;
+    return fewray_team_agree(team, status, error);
 }
 
 int fewray_trace_rest(const struct fewray_world *world, struct fewray_maps *maps,
@@ -158,10 +164,11 @@ int fewray_trace_rest(const struct fewray_world *world, struct fewray_maps *maps
         job.learning = last ? NULL : maps;
         if (job.learning && maps->probes && !job.kept && job.end - job.first >= KEPT_SAMPLES)
             status = look_create(film->width, film->height, KEPT_SAMPLES, true, &job.kept, error);
+        status = fewray_team_agree(settings->team, status, error);
         status = status ? status : trace_part(&job, samples, stats, error);
         if (!status && !last)
             status = refine(&job, maps, error);
     }
     fewray_look_destroy(&job.kept);
-    return status;
+    return status ? status : fewray_film_share(film, settings->team, error);
 }

@@ -96,14 +96,14 @@ static void occlude(const struct RTCOccludedFunctionNArguments *arguments) {
 }
 
 RTCGeometry sphere_geometry(RTCDevice device, const struct mesh *mesh) {
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+    RTCGeometry geometry = embree.rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
     if (!geometry)
         return NULL;
-    rtcSetGeometryUserPrimitiveCount(geometry, 1);
-    rtcSetGeometryUserData(geometry, (void *)mesh); /* read-only */
-    rtcSetGeometryBoundsFunction(geometry, bounds, NULL);
-    rtcSetGeometryIntersectFunction(geometry, intersect);
-    rtcSetGeometryOccludedFunction(geometry, occlude);
+    embree.rtcSetGeometryUserPrimitiveCount(geometry, 1);
+    embree.rtcSetGeometryUserData(geometry, (void *)mesh); /* read-only */
+    embree.rtcSetGeometryBoundsFunction(geometry, bounds, NULL);
+    embree.rtcSetGeometryIntersectFunction(geometry, intersect);
+    embree.rtcSetGeometryOccludedFunction(geometry, occlude);
     return geometry;
 }
 

@@ -4,7 +4,9 @@
 
 #include "guide/trace/tiles.h"
 
-void render_stats_add(struct fewray_render_stats *sum, const struct fewray_render_stats *part) {
+#include "guide/trace/team.h"
+
+void stats_add(struct fewray_render_stats *sum, const struct fewray_render_stats *part) {
     sum->paths += part->paths;
     sum->rays += part->rays;
     sum->dropped += part->dropped;
@@ -25,8 +27,13 @@ int tiles_run(int width, int height, const struct fewray_render_settings *settin
     int columns = (width + TILE_SIZE - 1) / TILE_SIZE, rows = (height + TILE_SIZE - 1) / TILE_SIZE;
     int tiles = columns * rows, done = 0;
     bool cancelled = false;
+    struct fewray_render_stats mine = {0};
+    const struct team_deal deal = team_deal(settings->team);
+    const int rank = settings->team ? settings->team->rank : 0;
 #pragma omp parallel for schedule(dynamic) num_threads(film_threads(settings))
     for (int t = 0; t < tiles; t++) {
+        if (team_owner(deal, t % columns, t / columns) != rank)
+            continue;
         if (is_cancelled(settings)) {
 #pragma omp atomic write
             cancelled = true;
@@ -41,13 +48,19 @@ int tiles_run(int width, int height, const struct fewray_render_settings *settin
         }
 #pragma omp critical(fewray_tiles)
         {
-            render_stats_add(stats, &part);
+            stats_add(&mine, &part);
             done++;
             if (settings->progress)
-                settings->progress(settings->progress_user, phase, (double)done / tiles);
+                settings->progress(settings->progress_user, phase,
+                                   fmin(1, (double)done * deal.size / tiles));
         }
     }
+    int status = FEWRAY_OK;
     if (cancelled)
-        return fewray_fail(error, FEWRAY_ERROR_CANCELLED, NULL, 0, "interrupted");
-    return FEWRAY_OK;
+        status = fewray_fail(error, FEWRAY_ERROR_CANCELLED, NULL, 0, "interrupted");
+    status = fewray_team_agree(settings->team, status, error);
+    if (status && status != FEWRAY_ERROR_CANCELLED)
+        return status;
+    const int counted = team_add_stats(settings->team, &mine, stats, error);
+    return counted ? counted : status;
 }

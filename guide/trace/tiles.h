@@ -26,15 +26,21 @@ static inline uint32_t tile_morton_x(uint32_t k) {
     return (k | (k >> 2)) & 0x0fu;
 }
 
+/* Index in the pixel's sequence of its sample s, the look's being the first. */
+static inline uint32_t sample_index(const struct fewray_render_settings *settings, int s) {
+    return (uint32_t)settings->part * (uint32_t)settings->spp + (uint32_t)s;
+}
+
 /* What one tile of pixels x0 <= x < x1, y0 <= y < y1 does; counts go to *stats, which no other tile
  * touches. */
 typedef void (*tile_function)(void *user, int x0, int y0, int x1, int y1,
                               struct fewray_render_stats *stats);
 
-void render_stats_add(struct fewray_render_stats *sum, const struct fewray_render_stats *part);
+void stats_add(struct fewray_render_stats *sum, const struct fewray_render_stats *part);
 
 /* Calls `work` for each tile; adds the counts to *stats. FEWRAY_ERROR_CANCELLED where
- * settings->cancel stopped it. */
+ * settings->cancel stopped it. In a team each process does its own tiles, and all get the counts
+ * and the status of all. */
 int tiles_run(int width, int height, const struct fewray_render_settings *settings,
               const char *phase, tile_function work, void *user, struct fewray_render_stats *stats,
               struct fewray_error *error);

@@ -14,19 +14,19 @@
 static void attach(RTCScene scene, RTCGeometry geometry, unsigned id) {
     if (!geometry)
         return;
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(scene, geometry, id);
-    rtcReleaseGeometry(geometry);
+    embree.rtcCommitGeometry(geometry);
+    embree.rtcAttachGeometryByID(scene, geometry, id);
+    embree.rtcReleaseGeometry(geometry);
 }
 
 static RTCGeometry triangle_geometry(RTCDevice device, const struct mesh *mesh) {
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    RTCGeometry geometry = embree.rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     if (!geometry)
         return NULL;
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                               mesh->positions, 0, 3 * sizeof(float), mesh->vertex_count);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh->indices,
-                               0, 3 * sizeof(uint32_t), mesh->triangle_count);
+    embree.rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                      mesh->positions, 0, 3 * sizeof(float), mesh->vertex_count);
+    embree.rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                      mesh->indices, 0, 3 * sizeof(uint32_t), mesh->triangle_count);
     return geometry;
 }
 
@@ -39,19 +39,19 @@ static void attach_mesh(RTCDevice device, RTCScene scene, const struct mesh *mes
 
 static void attach_instance(const struct fewray_world *world, const struct instance *instance,
                             unsigned id) {
-    RTCGeometry geometry = rtcNewGeometry(world->device, RTC_GEOMETRY_TYPE_INSTANCE);
+    RTCGeometry geometry = embree.rtcNewGeometry(world->device, RTC_GEOMETRY_TYPE_INSTANCE);
     if (!geometry)
         return;
-    rtcSetGeometryInstancedScene(geometry, world->groups[instance->group]);
-    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, instance->to_world);
+    embree.rtcSetGeometryInstancedScene(geometry, world->groups[instance->group]);
+    embree.rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, instance->to_world);
     attach(world->embree, geometry, id);
 }
 
 static RTCScene new_scene(RTCDevice device) {
-    RTCScene scene = rtcNewScene(device);
+    RTCScene scene = embree.rtcNewScene(device);
     if (scene) {
-        rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
-        rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+        embree.rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+        embree.rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     }
     return scene;
 }
@@ -76,27 +76,30 @@ static bool build_scenes(struct fewray_world *world) {
             attach_mesh(world->device, world->emitters, mesh, (unsigned)m);
     }
     for (int g = 0; g < scene->group_count; g++)
-        rtcCommitScene(world->groups[g]);
+        embree.rtcCommitScene(world->groups[g]);
     for (int i = 0; i < scene->instance_count; i++)
         attach_instance(world, &scene->instances[i], (unsigned)(scene->mesh_count + i));
-    rtcCommitScene(world->emitters);
-    rtcCommitScene(world->embree);
+    embree.rtcCommitScene(world->emitters);
+    embree.rtcCommitScene(world->embree);
     return true;
 }
 
 static int build_embree(struct fewray_world *world, int threads, struct fewray_error *error) {
     char config[64];
+    int status = embree_load(error);
+    if (status)
+        return status;
     snprintf(config, sizeof(config), "threads=%d", threads > 0 ? threads : 0);
-    world->device = rtcNewDevice(config);
+    world->device = embree.rtcNewDevice(config);
     if (!world->device)
         return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, NULL, 0,
                            "Embree can't start on this machine (error %d)",
-                           rtcGetDeviceError(NULL));
+                           embree.rtcGetDeviceError(NULL));
     world->groups = calloc((size_t)world->scene->group_count + 1, sizeof(RTCScene));
     if (!world->groups)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the world");
     bool built = build_scenes(world);
-    enum RTCError failure = rtcGetDeviceError(world->device);
+    enum RTCError failure = embree.rtcGetDeviceError(world->device);
     if (built && failure == RTC_ERROR_NONE)
         return FEWRAY_OK;
     return fewray_fail(
@@ -106,7 +109,7 @@ static int build_embree(struct fewray_world *world, int threads, struct fewray_e
 
 void world_bounds(const struct fewray_world *world, struct vec3 *low, struct vec3 *high) {
     struct RTCBounds box;
-    rtcGetSceneBounds(world->embree, &box);
+    embree.rtcGetSceneBounds(world->embree, &box);
     *low = vec(box.lower_x, box.lower_y, box.lower_z);
     *high = vec(box.upper_x, box.upper_y, box.upper_z);
 }
@@ -154,15 +157,15 @@ void fewray_world_destroy(struct fewray_world **world) {
     environment_table_clear(&(*world)->environment);
     free((*world)->bsdf_tables);
     if ((*world)->embree)
-        rtcReleaseScene((*world)->embree);
+        embree.rtcReleaseScene((*world)->embree);
     if ((*world)->emitters)
-        rtcReleaseScene((*world)->emitters);
+        embree.rtcReleaseScene((*world)->emitters);
     for (int g = 0; (*world)->groups && g < (*world)->scene->group_count; g++)
         if ((*world)->groups[g])
-            rtcReleaseScene((*world)->groups[g]);
+            embree.rtcReleaseScene((*world)->groups[g]);
     free((*world)->groups);
     if ((*world)->device)
-        rtcReleaseDevice((*world)->device);
+        embree.rtcReleaseDevice((*world)->device);
     free(*world);
     *world = NULL;
 }

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 fewray_unit_test(frame fewray_features)
+fewray_unit_test(exr_header fewray_features)
 fewray_unit_test(frame_repair fewray_features)
 fewray_unit_test(image fewray_features)
 fewray_unit_test(module fewray_features)
+fewray_unit_test(zip fewray_features ZLIB::ZLIB)

@@ -82,6 +82,20 @@ static void test_wrong_command_lines_exit_2_with_one_line(void **state) {
         "render " SCENE " -o out.exr --probes maybe",
         "render " SCENE " -o out.exr --aovs direct,sideways",
         "render " SCENE " -o out.exr --aovs ''",
+        "render " SCENE " -o out.exr --part 0/3",
+        "render " SCENE " -o out.exr --part 4/3",
+        "render " SCENE " -o out.exr --part 1",
+        "render " SCENE " -o out.exr --part 1/2 --png out.png",
+        "render " SCENE " -o out.exr --part 1/2 --guide ppg",
+        "render " SCENE " -o out.exr --skip-existing",
+        "merge -o out.exr",
+        "merge one.exr two.exr",
+        "render " SCENE " -o out.exr --frames 1..4",
+        "render " SCENE " -o out.##.exr --stats s.json --frames 1..4",
+        "render " SCENE " -o out.##.exr --frames 4..1",
+        "render " SCENE " -o out.##.exr --frames 1..4x0",
+        "render " SCENE " -o out.##.exr --frames 1..4 --fps 0",
+        "render " SCENE " -o out.##.exr --part 1/2 --frames 1..4",
         "denoise -o out.exr",
         "denoise in.exr -o out.exr --aov direct,,indirect",
         "denoise in.exr -o out.exr --aov direct,",
@@ -93,10 +107,16 @@ static void test_wrong_command_lines_exit_2_with_one_line(void **state) {
         "composite one.exr two.exr -o out.png --crop 1,2,3",
         "composite one.exr two.exr -o out.png --crop 1,2,3,4x",
         "info",
+        "bench " SCENE " -o bench",
+        "bench " SCENE " --reference ref.exr",
+        "bench " SCENE " --reference ref.exr -o bench --spp 0",
+        "bench " SCENE " --reference ref.exr -o bench --spp 4x",
+        "bench " SCENE " --reference ref.exr -o bench --spp 2,4,2",
+        "bench " SCENE " --reference ref.exr -o bench --max-depth 0",
     };
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
         expect_error(wrong[i], 2, NULL);
-    assert_false(exists("out.exr"));
+    assert_false(exists("out.exr") || exists("bench"));
 }
 
 static void test_failed_work_exits_1_and_names_the_file(void **state) {
@@ -104,9 +124,12 @@ static void test_failed_work_exits_1_and_names_the_file(void **state) {
     expect_error("render nowhere.xml -o out.exr", 1, "nowhere.xml");
     expect_error("render " SCENE " -o none/out.exr", 1, "none/out.exr");
     expect_error("render " SCENE " -o out.exr --stats none/out.json", 1, "none/out.json");
+    expect_error("merge nowhere.exr -o out.exr", 1, "nowhere.exr");
     expect_error("denoise nowhere.exr -o out.exr", 1, "nowhere.exr");
     expect_error("compare nowhere.exr other.exr", 1, "nowhere.exr");
     expect_error("composite nowhere.exr other.exr -o out.png", 1, "nowhere.exr");
+    expect_error("bench " SCENE " --reference nowhere.exr -o bench", 1, "nowhere.exr");
+    expect_error("bench " SCENE " --reference nowhere.exr -o no/bench", 1, "no/bench");
     expect_error("info nowhere.exr", 1, "nowhere.exr");
     expect_error("info nowhere.xml", 1, "nowhere.xml");
     assert_false(exists("out.exr") || exists("out.png"));
@@ -116,7 +139,7 @@ static void test_help_and_version_exit_0(void **state) {
     (void)state;
     static const char *const asked[] = {"--help",         "--version",      "render --help",
                                         "denoise --help", "compare --help", "composite --help",
-                                        "info --help"};
+                                        "info --help",    "merge --help",    "bench --help"};
     for (size_t i = 0; i < sizeof asked / sizeof *asked; i++)
         expect_success(asked[i]);
 }
@@ -202,6 +225,17 @@ static void test_named_layers_are_denoised(void **state) {
     assert_false(exists("none.exr"));
 }
 
+static void test_parts_are_merged(void **state) {
+    (void)state;
+    expect_success("render " SCENE " -o p1.exr --width 40 --height 30 --spp 2 --part 1/2");
+    expect_error("merge p1.exr -o all.exr", 1, "2");
+    expect_success("render " SCENE " -o p2.exr --width 40 --height 30 --spp 2 --part 2/2");
+    expect_success("render " SCENE
+                   " -o p2.exr --width 40 --height 30 --spp 2 --part 2/2 --skip-existing");
+    expect_success("merge p2.exr p1.exr -o all.exr --png all.png --stats all.json");
+    assert_true(exists("all.exr") && exists("all.png") && exists("all.json"));
+}
+
 static long long stat_of_render(const char *options, const char *name) {
     char line[512], path[64];
     snprintf(line, sizeof line,
@@ -241,6 +275,32 @@ static void test_given_options_override_the_papers(void **state) {
     assert_int_equal(stat_of_render("--guide paper --bsdf-fraction 1", "pixels_guided"), 0);
 }
 
+/* Whether the command opens a shared library of this name, at its start or later, which the
+ * dynamic linker (glibc) tells. */
+static bool opens(const char *arguments, const char *library) {
+    char line[2048];
+    snprintf(
+        line, sizeof line,
+        "cd %s && LD_DEBUG=files %s %s 2> opened.txt > out.txt && grep -q 'libc.so' opened.txt "
+        "&& grep -q '%s' opened.txt",
+        folder, FEWRAY_COMMAND, arguments, library);
+    const int status = system(line);
+    assert_true(WIFEXITED(status));
+    return WEXITSTATUS(status) == 0;
+}
+
+static void test_libraries_are_opened_where_they_are_needed(void **state) {
+    (void)state;
+    static const char *const heavy[] = {"libembree", "libtbb", "libstdc", "OpenImageIO", "opencv"};
+    static const char render[] = "render " SCENE " -o few.exr --width 8 --height 8 --spp 1";
+    expect_success(render);
+    assert_true(opens("denoise few.exr -o clean.exr", "OpenEXRCore"));
+    for (size_t i = 0; i < sizeof heavy / sizeof *heavy; i++)
+        assert_false(opens("denoise few.exr -o clean.exr --png clean.png", heavy[i]));
+    assert_true(opens(render, "libembree"));
+    assert_false(opens(render, "OpenImageIO"));
+}
+
 static void test_an_interrupted_render_leaves_what_is_done(void **state) {
     (void)state;
     char line[1024];
@@ -253,6 +313,50 @@ static void test_an_interrupted_render_leaves_what_is_done(void **state) {
     assert_int_equal(WEXITSTATUS(status), 1);
     assert_true(exists("cut.exr"));
     expect_success("info cut.exr");
+}
+
+/* The columns of the first line and the lines below it; each line must have as many columns. */
+static void count_table(const char *name, int *columns, int *rows) {
+    char path[128], line[2048];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *file = fopen(path, "r");
+    assert_non_null(file);
+    for (*columns = 0, *rows = -1; fgets(line, sizeof line, file); ++*rows) {
+        int count = 1;
+        for (const char *c = line; *c; c++)
+            count += *c == ',';
+        if (*columns == 0)
+            *columns = count;
+        assert_int_equal(count, *columns);
+    }
+    fclose(file);
+}
+
+static void test_a_bench_leaves_table_json_and_plot(void **state) {
+    (void)state;
+    char messages[4096], path[64];
+    int columns, rows;
+    expect_success("render " SCENE " -o ref.exr --width 40 --height 30 --spp 16 --seed 9 "
+                   "--guide off --denoise off");
+    assert_int_equal(run(messages, sizeof messages,
+                         "bench " SCENE " --reference ref.exr -o bench --spp 2,1 --seeds 1 "
+                         "--peers --python /nowhere/python"),
+                     0);
+    assert_non_null(strstr(messages, "warning")); /* of the peers alone */
+    count_table("bench/bench.csv", &columns, &rows);
+    assert_int_equal(rows, 4 * 2);
+    assert_true(columns > 20 && exists("bench/bench.png"));
+    snprintf(path, sizeof path, "%s/bench/bench.json", folder);
+    json_t *bench = json_load_file(path, 0, NULL);
+    json_t *methods = json_object_get(bench, "methods");
+    assert_int_equal(json_array_size(methods), 4);
+    for (size_t i = 0; i < json_array_size(methods); i++) {
+        json_t *points = json_object_get(json_array_get(methods, i), "points");
+        assert_int_equal(json_array_size(points), 2);
+        assert_int_equal(json_integer_value(json_object_get(json_array_get(points, 0), "spp")), 1);
+    }
+    assert_true(json_is_null(json_object_get(bench, "peers")));
+    json_decref(bench);
 }
 
 static int make_folder(void **state) {
@@ -275,8 +379,11 @@ int main(void) {
         cmocka_unit_test(test_the_whole_way),
         cmocka_unit_test(test_direct_and_indirect_light_add_up),
         cmocka_unit_test(test_named_layers_are_denoised),
+        cmocka_unit_test(test_parts_are_merged),
         cmocka_unit_test(test_every_guide_can_be_chosen),
         cmocka_unit_test(test_given_options_override_the_papers),
+        cmocka_unit_test(test_libraries_are_opened_where_they_are_needed),
+        cmocka_unit_test(test_a_bench_leaves_table_json_and_plot),
         cmocka_unit_test(test_an_interrupted_render_leaves_what_is_done),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);

@@ -40,8 +40,7 @@ static struct fewray_render_settings settings_of(int width, int height) {
 
 /* Samples that saw this emission. */
 static void fill(struct fewray_film *film, int x, int y, float emission) {
-    struct pixel_group *g =
-        &film->groups[((size_t)y * (size_t)film->width + (size_t)x) * GROUP_COUNT + GROUP_REST];
+    struct pixel_group *g = &film->group[GROUP_REST][(size_t)y * (size_t)film->width + (size_t)x];
     g->count = 2;
     g->depth = 1;
     for (int c = 0; c < 3; c++)

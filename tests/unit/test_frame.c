@@ -9,6 +9,7 @@
 #include <dirent.h>
 #include <float.h>
 #include <math.h>
+#include <omp.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -260,6 +261,30 @@ static size_t read_bytes(const char *path, unsigned char *bytes, size_t size) {
     return size;
 }
 
+static void test_exr_is_the_same_from_any_number_of_threads(void **state) {
+    (void)state;
+    enum { SIDE = 450, MOST = 1 << 21 };
+    unsigned char *bytes[2] = {malloc(MOST), malloc(MOST)};
+    size_t size[2];
+    struct fewray_frame *frame = new_frame(SIDE, SIDE);
+    fill(frame, "R", 1);
+    fill(frame, "G", 2);
+    fewray_frame_add(frame, "B");
+    const int threads = omp_get_max_threads();
+    for (int i = 0; i < 2; i++) {
+        omp_set_num_threads(i ? 5 : 1);
+        assert_int_equal(fewray_frame_write_exr(frame, path_of("same.exr"), false, NULL),
+                         FEWRAY_OK);
+        size[i] = read_bytes(path_of("same.exr"), bytes[i], MOST);
+    }
+    omp_set_num_threads(threads);
+    assert_true(size[0] == size[1] && size[0] < MOST);
+    assert_memory_equal(bytes[0], bytes[1], size[0]);
+    free(bytes[0]);
+    free(bytes[1]);
+    fewray_frame_destroy(&frame);
+}
+
 static void write_bytes(const char *path, const void *bytes, size_t size) {
     FILE *file = fopen(path, "wb");
     assert_non_null(file);
@@ -371,6 +396,7 @@ int main(void) {
         cmocka_unit_test(test_halves_are_clamped),
         cmocka_unit_test_teardown(test_exr_round_trip, empty_folder),
         cmocka_unit_test_teardown(test_incompressible_blocks_survive, empty_folder),
+        cmocka_unit_test_teardown(test_exr_is_the_same_from_any_number_of_threads, empty_folder),
         cmocka_unit_test_teardown(test_cut_off_exr_is_refused_at_every_length, empty_folder),
         cmocka_unit_test_teardown(test_what_is_no_exr_is_refused, empty_folder),
         cmocka_unit_test_teardown(test_failed_write_leaves_nothing, empty_folder),

@@ -36,7 +36,10 @@ static const char *const geometry =
     "'accessors':[{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'},"
     "{'bufferView':0,'byteOffset':48,'componentType':5126,'count':4,'type':'VEC3'},"
     "{'bufferView':0,'byteOffset':96,'componentType':5126,'count':4,'type':'VEC2'},"
-    "{'bufferView':0,'byteOffset':128,'componentType':5123,'count':6,'type':'SCALAR'}],"
+    "{'bufferView':0,'byteOffset':128,'componentType':5123,'count':6,'type':'SCALAR'},"
+    /* An animation's times 0 and 1, and two places: (-1, 0, -1) and (1, 0, -1). */
+    "{'bufferView':0,'byteOffset':100,'componentType':5126,'count':2,'type':'SCALAR'},"
+    "{'bufferView':0,'componentType':5126,'count':2,'type':'VEC3'}],"
     "'bufferViews':[{'buffer':0,'byteLength':140}],";
 
 static const char *const plain_materials = "'materials':[{},{},{}],";
@@ -236,6 +239,30 @@ static void test_lights_and_camera(void **state) {
 }
 
 /* Mirrored: the face still looks where its normal does. */
+/* The camera's node stands on one that moves along x by 2 in a second. */
+static void test_an_animated_camera_moves_with_the_time(void **state) {
+    char members[2048];
+    (void)state;
+    snprintf(members, sizeof(members),
+             "'scene':0,'scenes':[{'nodes':[0,1]}],'nodes':[{'mesh':0},{'children':[2]},"
+             "{'camera':0,'translation':[0,1,5]}],"
+             "'cameras':[{'type':'perspective','perspective':{'yfov':0.8,'znear':0.1}}],"
+             "'animations':[{'channels':[{'sampler':0,'target':{'node':1,'path':'translation'}}],"
+             "'samplers':[{'input':4,'output':5}]}],%s",
+             plain_materials);
+    struct fewray_scene *scene = load(write_gltf(members));
+    assert_int_equal(fewray_scene_summarize(scene).camera_keys, 2);
+    for (int i = 0; i < 4; i++) {
+        fewray_scene_set_time(scene, 0.5 * i);
+        assert_near(scene->camera.to_world[3], i < 3 ? i - 1 : 1, 1e-5);
+        assert_near(scene->camera.to_world[7], 1, 1e-5);
+        assert_near(scene->camera.to_world[11], 4, 1e-5);
+    }
+    for (int i = 0; i < scene->warning_count; i++)
+        assert_null(strstr(scene->warnings[i], "animations"));
+    fewray_scene_destroy(&scene);
+}
+
 static void test_nodes_place_their_meshes(void **state) {
     char members[2048];
     (void)state;
@@ -343,6 +370,7 @@ int main(void) {
         cmocka_unit_test(test_a_plain_gltf_and_glb_are_the_same),
         cmocka_unit_test(test_materials),
         cmocka_unit_test(test_lights_and_camera),
+        cmocka_unit_test(test_an_animated_camera_moves_with_the_time),
         cmocka_unit_test(test_nodes_place_their_meshes),
         cmocka_unit_test(test_often_used_meshes_become_instances),
         cmocka_unit_test(test_wrong_gltf_is_refused),

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The metrics against values that NumPy and scikit-image computed independently for the stored pair
- * of pictures, which has pixels that aren't finite on both sides, highlights and dark parts. */
+/* The metrics against values that NumPy, scikit-image and flip-evaluator computed independently for
+ * the stored pair of pictures, which has pixels that aren't finite on both sides, highlights and
+ * dark parts. */
 
 #include <math.h>
 #include <setjmp.h>
@@ -31,10 +32,14 @@ static struct fewray_frame *make_frame(int width, int height, float value) {
     return frame;
 }
 
-static void expect_close(json_t *expected, const char *key, double value) {
+static void expect_within(json_t *expected, const char *key, double value, double tolerance) {
     const double wanted = json_number_value(json_object_get(expected, key));
-    if (!(fabs(value - wanted) <= 5e-5 * fabs(wanted)))
+    if (!(fabs(value - wanted) <= tolerance * fabs(wanted)))
         fail_msg("%s is %.8g, expected %.8g", key, value, wanted);
+}
+
+static void expect_close(json_t *expected, const char *key, double value) {
+    expect_within(expected, key, value, 5e-5);
 }
 
 static void test_metrics_equal_independent_values(void **state) {
@@ -53,6 +58,7 @@ static void test_metrics_equal_independent_values(void **state) {
     expect_close(expected, "l1", m.l1);
     expect_close(expected, "psnr", m.psnr);
     expect_close(expected, "ssim_loss", m.ssim_loss);
+    expect_within(expected, "flip", m.flip, 2e-4); /* both in single precision */
     expect_close(expected, "ref_mrse", m.ref_mrse);
     expect_close(expected, "mrse_net", m.mrse_net);
     expect_close(expected, "n_nonfinite", (double)m.n_nonfinite);
@@ -69,6 +75,7 @@ static void test_equal_pictures_have_no_error(void **state) {
     assert_int_equal(fewray_compare(frame, frame, &m, NULL), 0);
     assert_true(m.mrse == 0 && m.mrse_top1 == 0 && m.mse == 0 && m.l1 == 0 && m.mape == 0);
     assert_true(fabs(m.ssim_loss) < 1e-12);
+    assert_true(m.flip == 0);
     assert_true(isinf(m.psnr));
     assert_true(isnan(m.ref_mrse) && isnan(m.mrse_net));
     fewray_frame_destroy(&frame);
@@ -95,6 +102,58 @@ static void test_other_sizes_and_bad_references_are_refused(void **state) {
     fewray_frame_destroy(&one);
     fewray_frame_destroy(&two);
     fewray_frame_destroy(&bad);
+}
+
+static struct fewray_frame *colored_frame(float red, float green, float blue) {
+    struct fewray_frame *frame = make_frame(48, 40, 0);
+    const float color[3] = {red, green, blue};
+    float *planes[3];
+    assert_true(fewray_frame_layer(frame, FEWRAY_COLOR, planes));
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i < 48 * 40; i++)
+            planes[c][i] = color[c];
+    return frame;
+}
+
+static double flip_between(const struct fewray_frame *one, const struct fewray_frame *two) {
+    struct fewray_metrics m;
+    assert_int_equal(fewray_compare(one, two, &m, NULL), 0);
+    return m.flip;
+}
+
+/* Andersson et al. 2020: no two colours of a display differ more than its green and its blue. */
+static void test_flip_is_largest_between_green_and_blue(void **state) {
+    (void)state;
+    struct fewray_frame *green = colored_frame(0, 1, 0), *blue = colored_frame(0, 0, 1),
+                        *red = colored_frame(1, 0, 0), *bright = colored_frame(0, 7, 0);
+    assert_true(fabs(flip_between(green, blue) - 1) < 1e-4);
+    assert_true(flip_between(red, blue) < 0.99 && flip_between(red, green) < 0.99);
+    assert_true(flip_between(green, bright) == 0); /* a display shows no more than 1 */
+    fewray_frame_destroy(&green);
+    fewray_frame_destroy(&blue);
+    fewray_frame_destroy(&red);
+    fewray_frame_destroy(&bright);
+}
+
+/* A lone pixel's difference is seen where it makes a point, and less where its neighbours take it
+ * back: from afar their mean is seen. */
+static void test_flip_sees_means_and_features(void **state) {
+    (void)state;
+    struct fewray_frame *grey = make_frame(64, 64, 0.2f), *point = make_frame(64, 64, 0.2f),
+                        *weave = make_frame(64, 64, 0.2f), *shifted = make_frame(64, 64, 0.3f);
+    for (int c = 0; c < 3; c++) {
+        const char *const names[3] = {"R", "G", "B"};
+        fewray_frame_plane(point, names[c])[32 * 64 + 32] = 1;
+        for (int i = 0; i < 64 * 64; i++)
+            fewray_frame_plane(weave, names[c])[i] += (i + i / 64) % 2 ? 0.1f : -0.1f;
+    }
+    assert_true(flip_between(point, grey) > 0);
+    assert_true(flip_between(weave, grey) < 0.2 * flip_between(shifted, grey));
+    assert_true(fabs(flip_between(point, weave) - flip_between(weave, point)) < 1e-7);
+    fewray_frame_destroy(&grey);
+    fewray_frame_destroy(&point);
+    fewray_frame_destroy(&weave);
+    fewray_frame_destroy(&shifted);
 }
 
 /* Adds errors of deviation 0.5 (uniform ones) and a constant bias; a stderr layer that tells 0.5.
@@ -136,6 +195,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_metrics_equal_independent_values),
         cmocka_unit_test(test_equal_pictures_have_no_error),
+        cmocka_unit_test(test_flip_is_largest_between_green_and_blue),
+        cmocka_unit_test(test_flip_sees_means_and_features),
         cmocka_unit_test(test_pictures_below_the_ssim_window_have_no_ssim),
         cmocka_unit_test(test_other_sizes_and_bad_references_are_refused),
         cmocka_unit_test(test_block_scores_tell_noise_from_bias),

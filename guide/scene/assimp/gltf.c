@@ -145,13 +145,12 @@ static bool has_targets(const json_t *mesh) {
     return false;
 }
 
-bool gltf_moves(const json_t *gltf) {
+bool gltf_deforms(const json_t *gltf) {
     size_t i;
     json_t *mesh;
     json_array_foreach(json_object_get(gltf, "meshes"), i, mesh) {
         if (has_targets(mesh))
             return true;
     }
-    return json_array_size(json_object_get(gltf, "animations")) > 0 ||
-           json_array_size(json_object_get(gltf, "skins")) > 0;
+    return json_array_size(json_object_get(gltf, "skins")) > 0;
 }

@@ -45,7 +45,7 @@ double gltf_emissive_strength(const json_t *material);
  * "baseColorTexture"): the rows of struct texture's to_uv. */
 void gltf_texture_transform(const json_t *material, const char *group, const char *name,
                             float to_uv[6]);
-/* Whether the file has skins, animations or morph targets. */
-bool gltf_moves(const json_t *gltf);
+/* Whether the file has skins or morph targets. */
+bool gltf_deforms(const json_t *gltf);
 
 #endif

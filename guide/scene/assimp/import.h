@@ -58,6 +58,7 @@ struct import {
     int *mesh_uses;                    /* (source->mNumMeshes): nodes that show it */
     int *mesh_groups;                  /* (source->mNumMeshes): its group, -1 = none so far */
     bool has_camera, has_lights, has_orthographic;
+    int camera_channels;  /* of animations: those that move the camera */
     double fov_y, aspect; /* of the file's camera */
     size_t image_capacity, texture_capacity, texture_image_capacity, bsdf_capacity, mesh_capacity,
         light_capacity, instance_capacity, warning_capacity;
@@ -110,6 +111,13 @@ int import_mtl_material(struct import *import, const struct aiMaterial *material
 /* --- nodes, meshes and the view */
 
 int import_nodes(struct import *import);
+/* The pose of struct camera at a node whose camera, as glTF has it, looks along -z with +x to the
+ * right; scales are dropped. False where the node is scaled to nothing. */
+bool import_camera_pose(const struct transform *node_to_world, struct transform *camera);
+/* The keys by which the first animation moves the camera's node or those above it. */
+int import_camera_keys(struct import *import, const struct aiNode *node);
+/* Whether the file has skins, morph targets or animations that move more than the camera. */
+bool import_moves_more(const struct import *import);
 /* One mesh of assimp's by one node. to_world: NULL for a group's mesh, which keeps its own space.
  */
 int import_mesh(struct import *import, const struct aiMesh *source,

@@ -86,12 +86,12 @@ static int place_light(struct import *import, const json_t *json,
     return FEWRAY_OK;
 }
 
-/* The first camera. glTF's looks along -z with +x to the right. */
-static int place_camera(struct import *import, const json_t *json,
+/* The first camera. */
+static int place_camera(struct import *import, const struct aiNode *node, const json_t *json,
                         const struct transform *to_world) {
     double fov_y, aspect;
     bool orthographic;
-    struct vec3 axes[3];
+    struct transform pose;
     if (import->has_camera)
         return FEWRAY_OK;
     bool perspective = gltf_node_camera(import->gltf, json, &fov_y, &aspect, &orthographic);
@@ -99,25 +99,14 @@ static int place_camera(struct import *import, const json_t *json,
         return import_warn(import, "an orthographic camera is ignored");
     if (!perspective)
         return FEWRAY_OK;
-    for (int j = 0; j < 3; j++)
-        axes[j] = vec((float)to_world->m[0][j], (float)to_world->m[1][j], (float)to_world->m[2][j]);
-    axes[2] = normalize(negate(axes[2]));
-    axes[0] = normalize(cross(axes[1], axes[2]));
-    axes[1] = cross(axes[2], axes[0]);
-    if (!(dot(axes[0], axes[0]) > 0.5f))
+    if (!import_camera_pose(to_world, &pose))
         return import_warn(import, "a camera whose node is scaled to nothing is ignored");
-    float *m = import->scene->camera.to_world;
-    for (int j = 0; j < 3; j++) {
-        m[j] = axes[j].x;
-        m[4 + j] = axes[j].y;
-        m[8 + j] = axes[j].z;
-    }
-    for (int i = 0; i < 3; i++)
-        m[4 * i + 3] = (float)to_world->m[i][3];
+    for (int i = 0; i < 12; i++)
+        import->scene->camera.to_world[i] = (float)pose.m[i / 4][i % 4];
     import->has_camera = true;
     import->fov_y = fov_y;
     import->aspect = aspect;
-    return FEWRAY_OK;
+    return import_camera_keys(import, node);
 }
 
 /* json: the node of a glTF file; NULL for OBJ, or the root that assimp adds around several. */
@@ -136,7 +125,7 @@ static int place_node(struct import *import, const struct aiNode *node, const js
     if (json)
         status = place_light(import, json, &to_world);
     if (!status && json)
-        status = place_camera(import, json, &to_world);
+        status = place_camera(import, node, json, &to_world);
     for (unsigned i = 0; i < node->mNumMeshes && !status; i++)
         status =
             place_mesh(import, node->mMeshes[i],
@@ -157,14 +146,14 @@ int import_nodes(struct import *import) {
         import->mesh_groups[i] = -1;
     if (!count_uses(import, root, 0))
         return import_fail(import, FEWRAY_ERROR_FORMAT, "its nodes are damaged or too deep");
-    int status = import->gltf && gltf_moves(import->gltf)
-                     ? import_warn(import, "skins, animations and morph targets are ignored: "
-                                           "everything is shown at rest")
-                     : FEWRAY_OK;
+    int status = FEWRAY_OK;
     /* assimp adds a root unless there is exactly one. */
     bool one = import->gltf && gltf_child_count(gltf_scene(import->gltf), "nodes") == 1;
     if (!status)
         status = place_node(import, root, one ? gltf_root(import->gltf, 0) : NULL, &identity);
+    if (!status && import->gltf && import_moves_more(import))
+        status = import_warn(import, "skins, morph targets and animations of all but the camera "
+                                     "are ignored: everything else is shown at rest");
     if (!status && import->scene->mesh_count == 0)
         status = import_fail(import, FEWRAY_ERROR_FORMAT, "the scene has no triangles");
     return status;
