@@ -10,7 +10,7 @@
  *     fewray_trace_pilot()     world -> whether a guide can pay
  *     fewray_trace_look()      world -> film, look: the first samples and what they saw
  *     fewray_maps_create()     look -> maps: where the light comes from, by the ODIS network
- *     fewray_trace_rest()      world, maps -> film: the remaining samples
+ *     fewray_trace_rest()      world, maps -> film: the remaining samples; or fewray_rest_*()
  *     fewray_trace_edges()     world -> film: more camera rays at the edges of what shines
  *     fewray_film_frame()      film, maps -> frame: the picture and its feature layers
  *
@@ -136,6 +136,13 @@ struct fewray_render_settings {
     void (*progress)(void *user, const char *phase,
                      double fraction); /* NULL; may be called from any thread, one at a time */
     void *progress_user;
+    /* Both or none. The tracing functions ask pause_due between tiles, from every thread; once it
+     * says yes, all threads stop, and paused is called by the caller's own thread, alone, so that
+     * it may read the film: see fewray_film_frame(). It is also called without being due after the
+     * last tile of each pass over the picture. It changes no bit of the picture. */
+    bool (*pause_due)(void *user);
+    void (*paused)(void *user, bool whole_pass);
+    void *pause_user;
     const struct fewray_team *team; /* NULL: this process works alone */
     const volatile int *cancel;     /* NULL; non-zero ends the work early: functions return
                                        FEWRAY_ERROR_CANCELLED, the film holds what is done */
@@ -183,6 +190,8 @@ struct fewray_pilot {
     float bounce_variance; /* of what comes by the first bounce, all that a guide can lower */
     bool dark;             /* no light was found: nothing is known */
     bool tiny;             /* the picture's look is too small to learn from */
+    int width, height;     /* of the picture, pixels */
+    int paths;             /* that were traced */
 };
 
 /* Traces a few paths that don't count for the picture. */
@@ -218,6 +227,30 @@ FEWRAY_API int fewray_trace_rest(const struct fewray_world *world, struct fewray
                                  const struct fewray_render_settings *settings,
                                  struct fewray_film *film, struct fewray_render_stats *stats,
                                  struct fewray_error *error);
+
+/* The same in passes, for a caller who decides on the way which tiles need how many samples. A
+ * tile is FEWRAY_TILE_SIZE pixels wide and high; tiles go in rows from the upper left corner. To
+ * stay unbiased, the number of samples of a tile mustn't depend on the values of its own. */
+#define FEWRAY_TILE_SIZE 16
+
+struct fewray_rest;
+
+struct fewray_pass {
+    const int *tile_samples; /* of each pixel of each tile, 0 or more */
+    bool learn, refine;      /* maps learn from these samples, and are made anew of all that they
+                                have learnt for later passes; only where settings->refine and
+                                settings->spp > 4 */
+    double progress_begin, progress_end; /* of the pass in all of the render, 0..1 */
+};
+
+/* The world, maps (may be NULL), settings and film must outlive it. *out is owned by the caller. */
+FEWRAY_API int fewray_rest_create(const struct fewray_world *world, struct fewray_maps *maps,
+                                  const struct fewray_render_settings *settings,
+                                  struct fewray_film *film, struct fewray_rest **out,
+                                  struct fewray_error *error);
+FEWRAY_API int fewray_rest_pass(struct fewray_rest *rest, const struct fewray_pass *pass,
+                                struct fewray_render_stats *stats, struct fewray_error *error);
+FEWRAY_API void fewray_rest_destroy(struct fewray_rest **rest);
 
 /* Traces all samples by practical path guiding (Mueller et al. 2017 and 2019), which learns while
  * it renders: no look, no maps. The passes' pictures are weighted by their own variance. */

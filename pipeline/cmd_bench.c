@@ -192,7 +192,7 @@ int cmd_bench(int argc, char **argv) {
     settings->scene.defines = options.defines.items;
     settings->scene.define_count = options.defines.count;
     settings->render.max_depth = options.max_depth == DEPTH_NOT_GIVEN ? 0 : options.max_depth;
-    settings->render.progress = progress_update;
+    settings->render.progress = progress_update_phase;
     settings->render.progress_user = &progress;
     settings->render.cancel = interrupt_watch();
     settings->python = choose_python(&options);

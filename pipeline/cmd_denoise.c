@@ -12,6 +12,7 @@
 #include "pipeline/options.h"
 #include "pipeline/outputs.h"
 #include "pipeline/progress.h"
+#include "pipeline/run_progress.h"
 #include "pipeline/stats.h"
 
 enum { THREADS_MAX = 1024 };
@@ -73,7 +74,7 @@ static enum parse_result parse(struct denoise_options *options, int argc, char *
 }
 
 static void denoise_progress(void *user, double fraction) {
-    progress_update(user, "denoise", fraction);
+    run_progress_update(user, "denoise", fraction);
 }
 
 static void tell_run(const struct fewray_run_stats *stats) {
@@ -126,7 +127,8 @@ static void repair_aovs(const struct fewray_frame *frame, const struct name_list
 }
 
 static int denoise_file(const struct denoise_options *options, const char *path,
-                        struct fewray_run_stats *stats, struct fewray_error *error) {
+                        struct run_progress *progress, struct fewray_run_stats *stats,
+                        struct fewray_error *error) {
     struct fewray_denoise_stats work = {0};
     struct fewray_frame *frame = NULL;
     struct fewray_denoiser *denoiser = NULL;
@@ -137,6 +139,7 @@ static int denoise_file(const struct denoise_options *options, const char *path,
     for (int k = 0; k < options->aovs.count; k++)
         names[k] = options->aovs.names[k];
 
+    run_progress_update(progress, "load", 0);
     if ((status = outputs_check(&options->outputs, error)) ||
         (status = read_picture(path, options->naming, &frame, error)))
         goto done;
@@ -148,6 +151,11 @@ static int denoise_file(const struct denoise_options *options, const char *path,
     stats->height = frame->height;
     stats->load_s = clock_lap(&lap);
 
+    const struct run_work expected = {.pixels = (long long)frame->width * frame->height,
+                                      .threads = options->denoise.threads,
+                                      .denoised = true,
+                                      .pictures = !!options->outputs.png};
+    run_progress_expect(progress, &expected);
     if ((status = fewray_denoiser_create(&options->denoise, &denoiser, error)) ||
         (status = fewray_denoise_frame_layers(denoiser, frame, names, options->aovs.count, &work,
                                               error)))
@@ -156,6 +164,7 @@ static int denoise_file(const struct denoise_options *options, const char *path,
     stats->tiles_denoised = work.tiles_denoised;
     stats->denoise_s = clock_lap(&lap);
 
+    run_progress_update(progress, "write", 0);
     status = outputs_write(&options->outputs, frame, stats, start, error);
 done:
     if (status == FEWRAY_ERROR_CANCELLED)
@@ -181,13 +190,15 @@ int cmd_denoise(int argc, char **argv) {
     progress_start(&progress);
     struct fewray_run_stats stats = {.threads = stats_threads(options.denoise.threads)};
     omp_set_num_threads(stats.threads); /* for files, too */
+    struct run_progress run = {.tell = progress_update, .user = &progress};
+    run_progress_start_denoise(&run);
     options.denoise.isa = ISAS[options.isa];
     options.denoise.model = (enum fewray_denoise_model)options.model;
     options.denoise.progress = denoise_progress;
-    options.denoise.progress_user = &progress;
+    options.denoise.progress_user = &run;
     options.denoise.cancel = interrupt_watch();
     struct fewray_error error;
-    const int status = denoise_file(&options, argv[first_file], &stats, &error);
+    const int status = denoise_file(&options, argv[first_file], &run, &stats, &error);
     progress_end(&progress);
     if (status)
         return report_failure(&error);

@@ -82,7 +82,7 @@ int cmd_merge(int argc, char **argv) {
     job->denoised = options.denoise;
     job->denoise.isa = ISAS[options.isa];
     job->denoise.model = (enum fewray_denoise_model)options.model;
-    job->progress = progress_update;
+    job->progress = progress_update_phase;
     job->progress_user = &progress;
     job->cancel = interrupt_watch();
     struct fewray_run_stats stats;

@@ -4,6 +4,7 @@
 #include <omp.h>
 #include <stdio.h>
 #include <string.h>
+#include <time.h>
 
 #include "pipeline/command.h"
 #include "pipeline/frames.h"
@@ -46,6 +47,8 @@ struct render_options {
     struct guide_options guide;
     const char *part; /* "I/N" */
     int pilot, denoise, isa, model;
+    int spp, adaptive, max_spp; /* 0, negative, 0: not given */
+    float error;                /* 0: not given */
     bool verbose;
     const char *frames; /* NULL: one picture */
     int temporal;
@@ -60,8 +63,17 @@ static enum parse_result parse(struct render_options *options, int argc, char **
     const struct option_spec specs[] = {
         {"output", 'o', OPTION_TEXT, &job->outputs.exr, "OUT.exr", "the picture and its layers", 0,
          0, NULL},
-        {"spp", 0, OPTION_INT, &settings->spp, "N", "samples a pixel, the first look included (4)",
+        {"spp", 0, OPTION_INT, &options->spp, "N", "samples a pixel, the first look included (4)",
          1, SPP_MAX, NULL},
+        {"time", 0, OPTION_TIME, &job->goal.seconds, "T",
+         "as many samples as the run has time for, 5s or 500ms or 2m; depends on the machine", 0, 0,
+         NULL},
+        {"error", 0, OPTION_FLOAT, &options->error, "E",
+         "as many samples as an estimated mrse of the result needs, 0.02", 1e-6, 100, NULL},
+        {"max-spp", 0, OPTION_INT, &options->max_spp, "N",
+         "samples a pixel at most, for --error (4096)", 1, SPP_MAX, NULL},
+        {"adaptive", 0, OPTION_CHOICE, &options->adaptive, NULL,
+         "more samples where more error is expected (on with --time, --error)", 0, 0, SWITCH},
         {"initial", 0, OPTION_INT, &settings->initial, "N",
          "samples a pixel of the guide's first look (1)", 1, SPP_MAX, NULL},
         {"guide", 0, OPTION_CHOICE, &guide->guide, NULL,
@@ -93,6 +105,10 @@ static enum parse_result parse(struct render_options *options, int argc, char **
          "leave a part or frames that are there already", 0, 0, NULL},
         {"png", 0, OPTION_TEXT, &job->outputs.png, "OUT.png", "the picture in sRGB as well", 0, 0,
          NULL},
+        {"preview", 0, OPTION_TEXT, &job->outputs.preview, "FILE.png",
+         "the samples so far, replaced while they come", 0, 0, NULL},
+        {"preview-interval", 0, OPTION_FLOAT, &job->preview_interval, "SECONDS",
+         "between two previews, at least (1)", 0, 86400, NULL},
         {"float", 0, OPTION_FLAG, &job->outputs.float32, NULL,
          "32-bit floats in the EXR instead of half", 0, 0, NULL},
         {"bsdf-fraction", 0, OPTION_FLOAT, &guide->bsdf_fraction, "F",
@@ -150,7 +166,7 @@ static int parse_part(struct render_options *options) {
         job->part > job->parts || job->parts > PARTS_MAX)
         return report_usage("render: --part '%s' isn't I/N with 1 <= I <= N <= %d", options->part,
                             PARTS_MAX);
-    if (job->outputs.png)
+    if (job->outputs.png || job->outputs.preview)
         return report_usage("render: a part is no picture yet; give --png to `fewray merge`");
     if (options->guide.guide == GUIDE_PPG)
         return report_usage("render: --guide ppg can't render in parts; take another guide");
@@ -182,6 +198,16 @@ static int check(const struct render_options *options) {
     const struct fewray_outputs *outputs = &options->job.outputs;
     if (!outputs->exr)
         return report_usage("render: no output; give -o OUT.exr");
+    const bool timed = options->job.goal.seconds > 0, judged = options->error > 0;
+    if ((options->spp > 0) + timed + judged > 1)
+        return report_usage("render: --spp, --time and --error exclude each other; give one");
+    if (options->max_spp && !judged)
+        return report_usage("render: --max-spp needs --error");
+    if ((timed || judged || options->adaptive > 0) && options->guide.guide == GUIDE_PPG)
+        return report_usage("render: --time, --error and --adaptive don't go with --guide ppg");
+    if ((timed || judged || options->adaptive > 0) && (options->part || options->frames))
+        return report_usage("render: --time, --error and --adaptive don't go with --part and "
+                            "--frames; give those --spp");
     if (outputs_clash(outputs))
         return report_usage("render: two outputs have the same name; give each its own");
     if (settings->max_depth == 0)
@@ -212,6 +238,33 @@ static void tell_frame(void *user, int frame, const struct fewray_run_stats *sta
     tell_run(stats);
 }
 
+static void tell_plan(const struct fewray_run_stats *stats) {
+    const struct fewray_plan *plan = &stats->plan;
+    for (int i = 0; i < plan->reason_count; i++)
+        fprintf(stderr, "plan: %s\n", plan->reasons[i]);
+    fprintf(stderr, "plan: %.2f samples a pixel in %d passes; predicted %.2f s, took %.2f s\n",
+            plan->spp, plan->passes, plan->predicted_s, stats->total_s);
+}
+
+/* Seconds of this process before now, loading of libraries included. */
+static double seconds_spent(void) {
+    struct timespec spent;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &spent);
+    return (double)spent.tv_sec + 1e-9 * (double)spent.tv_nsec;
+}
+
+static void set_goal(const struct render_options *given, struct fewray_job *job) {
+    struct fewray_goal *goal = &job->goal;
+    const bool planned = goal->seconds > 0 || given->error > 0;
+    if (given->spp)
+        job->settings.spp = given->spp;
+    goal->spent = seconds_spent();
+    goal->error = given->error;
+    goal->max_spp = given->max_spp;
+    goal->adaptive = given->adaptive >= 0 ? given->adaptive : planned;
+    goal->any_model = given->model < 0 && !job->denoise.weights_path;
+}
+
 /* Warnings come after the work, but the bar may still stand. */
 static void warn_below_bar(void *user, const char *text) {
     progress_end(user);
@@ -240,7 +293,8 @@ static void set_guide(const struct guide_options *given, struct fewray_job *job)
 
 int cmd_render(int argc, char **argv) {
     struct render_options options = {
-        .guide = {GUIDE_ODIS, -1, -1, -1, -1, -1, -1}, .pilot = 1, .denoise = 1, .temporal = 1};
+        .guide = {GUIDE_ODIS, -1, -1, -1, -1, -1, -1}, .pilot = 1, .denoise = 1, .temporal = 1,
+        .adaptive = -1, .model = -1};
     fewray_job_init(&options.job);
     fewray_sequence_init(&options.sequence);
     int first_file;
@@ -273,8 +327,8 @@ int cmd_render(int argc, char **argv) {
         job->settings.threads = ranks.threads;
     if (job->settings.threads > 0)
         omp_set_num_threads(job->settings.threads); /* for files, too */
-    job->settings.progress = ranks_is_silent() ? NULL : progress_update;
-    job->settings.progress_user = &progress;
+    job->progress = ranks_is_silent() ? NULL : progress_update;
+    job->progress_user = &progress;
     job->settings.cancel = interrupt_watch();
     job->warn = warn_below_bar;
     job->warn_user = &progress;
@@ -287,7 +341,9 @@ int cmd_render(int argc, char **argv) {
     job->pilot = options.pilot && options.guide.guide == GUIDE_ODIS;
     job->denoised = options.denoise;
     job->denoise.isa = ISAS[options.isa];
-    job->denoise.model = (enum fewray_denoise_model)options.model;
+    job->denoise.model =
+        options.model < 0 ? FEWRAY_DENOISE_DEFAULT : (enum fewray_denoise_model)options.model;
+    set_goal(&options, job);
 
     options.sequence.temporal = options.temporal;
     options.sequence.frame_done = options.verbose ? tell_frame : NULL;
@@ -301,8 +357,11 @@ int cmd_render(int argc, char **argv) {
         report_failure(&error);
     else if (options.verbose && !options.frames && stats.kept)
         fprintf(stderr, "%s is there already\n", job->outputs.exr);
-    else if (options.verbose && !options.frames && !ranks_is_silent())
+    else if (options.verbose && !options.frames && !ranks_is_silent()) {
+        if (stats.plan.made)
+            tell_plan(&stats);
         tell_run(&stats);
+    }
     /* After what is to be said: mpirun ends all processes with the first that fails. */
     ranks_finish(&ranks);
     return status ? EXIT_FAILED : EXIT_DONE;

@@ -67,6 +67,24 @@ static bool parse_size(const struct option_spec *option, const char *text) {
     return true;
 }
 
+/* A positive time, "500ms". */
+static bool parse_time(const struct option_spec *option, const char *text) {
+    static const struct {
+        const char *name;
+        double seconds;
+    } units[] = {{"", 1}, {"ms", 1e-3}, {"s", 1}, {"m", 60}};
+    char *end;
+    const double value = strtod(text, &end);
+    if (!isdigit((unsigned char)*text) || strpbrk(text, "xX"))
+        return false;
+    for (size_t i = 0; i < sizeof units / sizeof *units; i++)
+        if (!strcmp(end, units[i].name) && value > 0 && value * units[i].seconds <= 1e9) {
+            *(double *)option->value = value * units[i].seconds;
+            return true;
+        }
+    return false;
+}
+
 static bool parse_choice(const struct option_spec *option, const char *text) {
     for (int i = 0; option->choices[i]; i++)
         if (!strcmp(option->choices[i], text)) {
@@ -126,6 +144,8 @@ static bool parse_value(const struct option_spec *option, const char *text) {
         return parse_float(option, text);
     case OPTION_SIZE:
         return parse_size(option, text);
+    case OPTION_TIME:
+        return parse_time(option, text);
     case OPTION_CHOICE:
         return parse_choice(option, text);
     case OPTION_LIST:
@@ -148,6 +168,9 @@ static const char *describe_value(const struct option_spec *option, char *text, 
         break;
     case OPTION_SIZE:
         snprintf(text, size, "bytes, or a number and K, M or G, as 512M");
+        break;
+    case OPTION_TIME:
+        snprintf(text, size, "a time above 0, as 500ms, 5s, 2m or a number of seconds");
         break;
     case OPTION_SEED:
         snprintf(text, size, "0..%llu", ULLONG_MAX);

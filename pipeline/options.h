@@ -15,6 +15,7 @@ enum option_kind {
     OPTION_SEED,   /* uint64_t */
     OPTION_FLOAT,  /* float, least..most */
     OPTION_SIZE,   /* size_t, bytes; K, M, G behind the number: times 1024, 1024^2, 1024^3 */
+    OPTION_TIME,   /* double, seconds > 0: "500ms", "5s", "2m", or a number of seconds */
     OPTION_CHOICE, /* int: index in choices */
     OPTION_LIST,   /* struct text_list: may be given again and again */
     OPTION_DEFINE, /* the same, of NAME=VALUE */

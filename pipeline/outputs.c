@@ -15,7 +15,7 @@
 #include "pipeline/clock.h"
 #include "pipeline/stats.h"
 
-enum { OUTPUT_MAX = 3 };
+enum { OUTPUT_MAX = 4 };
 
 struct staged_file {
     const char *path;
@@ -27,8 +27,13 @@ static bool same_name(const char *a, const char *b) {
 }
 
 bool outputs_clash(const struct fewray_outputs *outputs) {
-    return same_name(outputs->exr, outputs->png) || same_name(outputs->exr, outputs->stats) ||
-           same_name(outputs->png, outputs->stats);
+    const char *const paths[OUTPUT_MAX] = {outputs->exr, outputs->png, outputs->stats,
+                                           outputs->preview};
+    for (int i = 0; i < OUTPUT_MAX; i++)
+        for (int j = 0; j < i; j++)
+            if (same_name(paths[i], paths[j]))
+                return true;
+    return false;
 }
 
 static int check_path(const char *path, struct fewray_error *error) {
@@ -53,7 +58,8 @@ static int check_path(const char *path, struct fewray_error *error) {
 }
 
 int outputs_check(const struct fewray_outputs *outputs, struct fewray_error *error) {
-    const char *const paths[OUTPUT_MAX] = {outputs->exr, outputs->png, outputs->stats};
+    const char *const paths[OUTPUT_MAX] = {outputs->exr, outputs->png, outputs->stats,
+                                           outputs->preview};
     int status = FEWRAY_OK;
     for (int i = 0; i < OUTPUT_MAX && !status; i++)
         if (paths[i])
@@ -72,6 +78,14 @@ static const char *stage(struct staged_file *list, int *count, const char *path,
     return temporary;
 }
 
+static int stage_png(const char *path, const struct fewray_frame *frame, struct staged_file *list,
+                     int *count, struct fewray_error *error) {
+    const char *temporary = path ? stage(list, count, path, error) : NULL;
+    if (!path)
+        return FEWRAY_OK;
+    return temporary ? fewray_frame_write_png(frame, temporary, error) : FEWRAY_ERROR_MEMORY;
+}
+
 static int stage_all(const struct fewray_outputs *outputs, const struct fewray_frame *frame,
                      struct fewray_run_stats *stats, double start, struct staged_file *list,
                      int *count, struct fewray_error *error) {
@@ -83,11 +97,10 @@ static int stage_all(const struct fewray_outputs *outputs, const struct fewray_f
             return FEWRAY_ERROR_MEMORY;
         status = fewray_frame_write_exr(frame, temporary, outputs->float32, error);
     }
-    if (!status && outputs->png) {
-        if (!(temporary = stage(list, count, outputs->png, error)))
-            return FEWRAY_ERROR_MEMORY;
-        status = fewray_frame_write_png(frame, temporary, error);
-    }
+    if (!status)
+        status = stage_png(outputs->png, frame, list, count, error);
+    if (!status)
+        status = stage_png(outputs->preview, frame, list, count, error);
     stats->write_s = clock_lap(&lap);
     stats->total_s = lap - start;
     if (!status && outputs->stats) {

@@ -19,13 +19,40 @@ struct fewray_outputs {
     const char *exr;   /* every layer of the frame */
     const char *png;   /* R, G, B as an 8-bit sRGB picture */
     const char *stats; /* struct fewray_run_stats as JSON */
-    bool float32;      /* 32-bit floats in the EXR instead of half */
+    /* PNG of the samples so far, replaced again and again while they are traced, denoised by the
+     * fast network where the picture is to be; smaller by a whole factor where the picture has more
+     * than a million pixels. In the end it is what png is. */
+    const char *preview;
+    bool float32; /* 32-bit floats in the EXR instead of half */
+};
+
+/* How far a run is. */
+struct fewray_progress {
+    const char
+        *phase; /* "load", "bvh", "first look", "guide", "render", "edges", "denoise", "write" */
+    double fraction;     /* of the whole run's time, 0..1; never falls */
+    double seconds_left; /* of the whole run; negative: not known yet */
+};
+
+/* What a render is to reach instead of a number of samples. All zero: settings.spp samples
+ * everywhere. Not for practical path guiding. */
+struct fewray_goal {
+    double seconds; /* > 0: of wall time for the whole run; what is sampled then depends on the
+                       machine's speed, and the picture with it */
+    double spent;   /* of these seconds, before fewray_job_run() */
+    double error; /* > 0: mrse of the finished picture, as an estimate sees it; seconds must be 0 */
+    int max_spp;  /* with error: samples a pixel at most, mean over the picture; 0 = 4096 */
+    bool adaptive;  /* tiles of 16 x 16 pixels get samples by their expected error; with neither
+                       seconds nor error: settings.spp in the mean over the picture */
+    bool any_model; /* seconds may be saved by the denoiser's fast model */
 };
 
 struct fewray_job {
     const char *scene_path;
+    struct fewray_goal goal;
     struct fewray_scene_options scene;      /* its threads are ignored: settings.threads counts */
-    struct fewray_render_settings settings; /* threads, progress and cancel hold for every step */
+    struct fewray_render_settings settings; /* threads, progress and cancel hold for every step;
+                                               its pauses are the preview's where there is one */
     bool guided, denoised;
     bool pilot; /* a guided render first looks whether guiding pays, and does without where it
                    doesn't */
@@ -39,6 +66,12 @@ struct fewray_job {
                            denoised, always as 32-bit floats; parts = 0: a whole picture */
     bool skip_existing; /* a part that is there already, whole and of the same scene and settings,
                            isn't rendered again */
+    float preview_interval; /* seconds between two previews, at least: all of them take a few per
+                               cent of the time at most; 1 */
+    /* NULL; of the whole run, where settings.progress tells of single phases. From any thread, one
+     * at a time. */
+    void (*progress)(void *user, const struct fewray_progress *progress);
+    void *progress_user;
     void (*warn)(
         void *user,
         const char *text); /* NULL; called after success, once for each warning of the scene */
@@ -46,6 +79,25 @@ struct fewray_job {
 };
 /* 4 samples a pixel, guided and denoised, no outputs. */
 FEWRAY_API void fewray_job_init(struct fewray_job *job);
+
+#define FEWRAY_PLAN_REASONS 12
+
+/* What the planner decided for a goal, and why. */
+struct fewray_plan {
+    bool made;               /* there was a goal */
+    double wanted_s;         /* 0: none */
+    double predicted_s;      /* of the whole run, at the last decision; 0: no prediction */
+    double wanted_error;     /* 0: none */
+    double estimated_error;  /* mrse of the finished picture; NaN: not known */
+    double spp;              /* samples a pixel, mean over the picture, the first look included */
+    int least_spp, most_spp; /* of the tiles */
+    int passes, pictures;    /* of samples; denoised on the way or at the end */
+    bool adaptive;           /* tiles got unequal numbers of samples */
+    bool hit_max_spp;        /* before the error was reached */
+    bool too_short;          /* one sample a pixel took longer than the seconds wanted */
+    int reason_count;
+    char reasons[FEWRAY_PLAN_REASONS][200]; /* a sentence each: what was decided, and why */
+};
 
 /* Seconds are of wall time; a step that was left out took 0. */
 struct fewray_run_stats {
@@ -55,10 +107,13 @@ struct fewray_run_stats {
     int tiles, tiles_denoised; /* of the denoiser */
     size_t repaired;           /* bad pixels of the file that was read; 0 for a render */
     int unused_textures;       /* bitmaps that weren't read: no material of a shape uses them */
+    int previews;              /* written while samples were traced, in preview_s */
+    double preview_s;          /* part of initial_s and render_s */
     bool no_images;            /* the scene needed no image library */
     bool guide_skipped;        /* the pilot advised against the guide */
     bool first_look_was_all;   /* a guided render whose samples were all spent on the first look */
     bool kept;                 /* the part was there already */
+    struct fewray_plan plan;
 };
 
 /* Loads, looks, guides, renders, denoises and writes. *picture (picture may be NULL) gets the frame

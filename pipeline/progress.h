@@ -2,20 +2,27 @@
 #ifndef FEWRAY_PIPELINE_PROGRESS_H
 #define FEWRAY_PIPELINE_PROGRESS_H
 
-/* A bar on the terminal: phase, percent, seconds left. Silent where stderr is no terminal. */
+/* A bar on the terminal: percent of the whole run, phase, seconds left. Silent where stderr is no
+ * terminal. */
 
-#include <stdbool.h>
+#include "pipeline/pipeline.h"
 
 struct progress {
     bool enabled, shown;
     const char *phase;
-    double phase_start, last_drawn; /* seconds of the monotonic clock */
+    double last_drawn, phase_start; /* seconds of the monotonic clock */
 };
 
 void progress_start(struct progress *progress);
-/* For fewray_render_settings.progress; user is the struct progress. */
-void progress_update(void *user, const char *phase, double fraction);
+/* For struct fewray_job's progress; user is the struct progress. */
+void progress_update(void *user, const struct fewray_progress *now);
+/* For work that tells of single phases; its time left is the phase's. */
+void progress_update_phase(void *user, const char *phase, double fraction);
 /* Wipes the bar, so that what is printed next starts on a clean line. */
 void progress_end(struct progress *progress);
+
+/* "[###.......]  12 %  render  8.4 s left" in fewer than `columns` characters: without the bar, or
+ * cut, where there is no room. text has size bytes. */
+void progress_line(const struct fewray_progress *now, int columns, char *text, size_t size);
 
 #endif

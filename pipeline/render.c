@@ -8,6 +8,9 @@
 #include "pipeline/outputs.h"
 #include "pipeline/part.h"
 #include "pipeline/pipeline.h"
+#include "pipeline/planner.h"
+#include "pipeline/preview.h"
+#include "pipeline/run_progress.h"
 #include "pipeline/shot.h"
 #include "pipeline/stats.h"
 
@@ -28,6 +31,11 @@ struct run {
     struct fewray_maps *maps;
     struct fewray_frame *frame;
     struct part_label label; /* of a part of a picture */
+    struct planner *planner; /* NULL: no goal, settings.spp samples everywhere */
+    enum fewray_denoise_model model;
+    bool edges_traced; /* of a render to a goal */
+    struct run_progress progress;
+    struct preview preview;
 };
 
 /* A step's status that ends the run without fault. */
@@ -39,6 +47,7 @@ void fewray_job_init(struct fewray_job *job) {
     fewray_denoise_options_init(&job->denoise);
     job->settings.spp = 4;
     job->settings.initial = 1;
+    job->preview_interval = 1;
 }
 
 /* Whether the render has a first look and maps made of it. */
@@ -82,6 +91,14 @@ static int check(const struct run *run, struct fewray_error *error) {
         return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, run->job->scene_path, 0,
                            "practical path guiding learns within one process; start it without "
                            "mpirun, or take another guide");
+    if (run->settings.team && run->settings.team->size > 1 && run->job->outputs.preview)
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, run->job->outputs.preview, 0,
+                           "a preview shows what one process traces; start it without mpirun");
+    if (planner_has_goal(&run->job->goal) &&
+        (run->job->parts || run->shot || (run->settings.team && run->settings.team->size > 1)))
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, run->job->scene_path, 0,
+                           "samples are planned for a whole picture in one process; give "
+                           "parts, frames and mpirun a number of samples");
     const int status = check_part(run->job, &run->settings, error);
     return status ? status : outputs_check(&run->outputs, error);
 }
@@ -99,8 +116,45 @@ static int label_part(struct run *run) {
     return run->stats.kept ? PART_IS_THERE : FEWRAY_OK;
 }
 
+/* --- who waits: progress of the whole run, and previews */
+
+/* A phase begins. */
+static void tell(struct run *run, const char *phase) {
+    run_progress_update(&run->progress, phase, 0);
+}
+
+static void expect(struct run *run, bool guided) {
+    const struct fewray_render_settings *settings = &run->settings;
+    const bool maps = guided && !run->job->ppg;
+    const int look = maps ? settings->initial : 0;
+    int width, height;
+    fewray_film_size(run->film, &width, &height);
+    const struct run_work work = {.pixels = (long long)width * height,
+                                  .threads = settings->threads,
+                                  .look = look,
+                                  .rest = settings->spp - look,
+                                  .maps = maps,
+                                  .edges = settings->spp < settings->camera_rays,
+                                  .denoised = run->job->denoised,
+                                  .pictures =
+                                      !!run->job->outputs.png + !!run->job->outputs.preview};
+    run_progress_expect(&run->progress, &work);
+}
+
+static bool preview_is_due(void *user) {
+    return preview_due(&((struct run *)user)->preview);
+}
+
+static void show_preview(void *user, bool whole_pass) {
+    struct run *run = user;
+    const double seconds = preview_show(&run->preview, run->film, run->maps, whole_pass);
+    estimate_except(&run->progress.estimate, seconds);
+    run->stats.previews = run->preview.shown;
+    run->stats.preview_s = run->preview.spent;
+}
+
 static void start_run(struct run *run, const struct fewray_job *job) {
-    *run = (struct run){.job = job, .settings = job->settings};
+    *run = (struct run){.job = job, .settings = job->settings, .model = job->denoise.model};
     if (is_first(run))
         run->outputs = job->outputs;
     struct fewray_render_settings *settings = &run->settings;
@@ -111,15 +165,30 @@ static void start_run(struct run *run, const struct fewray_job *job) {
     }
     if (settings->initial > settings->spp)
         settings->initial = settings->spp;
+    run->progress = (struct run_progress){.tell = job->progress,
+                                          .user = job->progress_user,
+                                          .tell_phase = job->settings.progress,
+                                          .phase_user = job->settings.progress_user};
+    run_progress_start(&run->progress);
+    settings->progress = run_progress_update;
+    settings->progress_user = &run->progress;
+    if (job->outputs.preview) {
+        settings->pause_due = preview_is_due;
+        settings->paused = show_preview;
+        settings->pause_user = run;
+    }
     run->stats.threads = settings->threads;
     run->stats.spp = settings->spp;
     run->start = run->lap = clock_seconds();
 }
 
+/* --- the steps */
+
 /* Scene file to acceleration structure and empty film. */
 static int load(struct run *run, struct fewray_error *error) {
     struct fewray_scene_options options = run->job->scene;
     options.threads = run->settings.threads;
+    tell(run, "load");
     int status = FEWRAY_OK;
     if (!run->scene)
         status = fewray_scene_load(run->job->scene_path, &options, &run->scene, error);
@@ -133,29 +202,52 @@ static int load(struct run *run, struct fewray_error *error) {
     const struct fewray_scene_summary summary = fewray_scene_summarize(run->scene);
     run->stats.unused_textures = summary.unused_textures;
     run->stats.no_images = !summary.images;
+    tell(run, "bvh");
     if (!run->world)
         status = fewray_world_create(run->scene, run->settings.threads, &run->world, error);
     if (!status)
         status = fewray_film_create(run->world, &run->settings, &run->film, error);
     run->stats.bvh_s = clock_lap(&run->lap);
+    preview_start(&run->preview, run->job, run->world, &run->settings);
+    if (!status)
+        expect(run, run->job->guided);
     return status;
 }
 
-/* Whether to guide at all. */
+/* What a few paths tell: whether to guide at all; and how to reach the goal, where there is one. */
 static int decide(struct run *run, struct fewray_error *error) {
+    const bool planned = planner_has_goal(&run->job->goal) && !run->job->ppg;
     run->guided = run->job->guided;
-    if (!run->guided || !run->job->pilot)
+    if (!planned && (!run->guided || !run->job->pilot))
         return FEWRAY_OK;
     struct fewray_pilot pilot;
-    const int status = fewray_trace_pilot(run->world, &run->settings, run->film, &pilot,
-                                          &run->stats.counts, error);
-    if (!status)
+    tell(run, "pilot");
+    double lap = clock_seconds();
+    int status = fewray_trace_pilot(run->world, &run->settings, run->film, &pilot,
+                                    &run->stats.counts, error);
+    if (!status && run->guided && run->job->pilot)
         run->guided = fewray_pilot_wants_guide(&pilot);
     if (!status && pilot.bounce_variance > 0) {
         run->settings.bounce_share = fminf(pilot.bounce_variance / pilot.variance, 1);
         run->settings.bounce_variance = pilot.bounce_variance;
     }
-    run->stats.guide_skipped = !run->guided;
+    double pilot_s = clock_lap(&lap);
+    if (!status && run->job->goal.seconds > 0) { /* again, with memory and threads warm */
+        struct fewray_pilot again;
+        status = fewray_trace_pilot(run->world, &run->settings, run->film, &again,
+                                    &run->stats.counts, error);
+        pilot_s = fmin(pilot_s, clock_lap(&lap));
+    }
+    if (!status && planned)
+        status = planner_create(run->job, run->start, &run->planner, error);
+    if (!status && planned)
+        status = planner_prepare(run->planner, &pilot, pilot_s, &run->settings, &run->guided,
+                                 &run->model, error);
+    run->stats.guide_skipped = run->job->guided && !run->guided;
+    expect(run, run->guided);
+    if (run->job->goal.seconds > 0)
+        estimate_expect(&run->progress.estimate, "render",
+                        fmax(0, run->job->goal.seconds - (clock_seconds() - run->start)));
     return status;
 }
 
@@ -163,6 +255,7 @@ static int decide(struct run *run, struct fewray_error *error) {
 static int look(struct run *run, struct fewray_error *error) {
     if (!has_maps(run))
         return FEWRAY_OK;
+    tell(run, "first look");
     const int status = fewray_trace_look(run->world, &run->settings, run->film, &run->look,
                                          &run->stats.counts, error);
     run->stats.initial_s = clock_lap(&run->lap);
@@ -174,6 +267,7 @@ static int look(struct run *run, struct fewray_error *error) {
 static int guide(struct run *run, struct fewray_error *error) {
     if (!has_maps(run))
         return FEWRAY_OK;
+    tell(run, "guide");
     run->stats.first_look_was_all = run->settings.initial == run->settings.spp;
     const int status =
         fewray_maps_create(run->look, &run->settings, &run->maps, &run->stats.counts, error);
@@ -209,10 +303,99 @@ static int develop(struct run *run, struct fewray_error *error) {
     return status;
 }
 
+static void denoise_progress(void *user, double fraction) {
+    const struct fewray_render_settings *settings = user;
+    settings->progress(settings->progress_user, "denoise", fraction);
+}
+
+/* R, G, B, and their parts where they were kept apart, become the filtered picture; what they were
+ * is kept as noisy.R, noisy.G, noisy.B ... Not again, where the planner saw this picture. */
+static int denoise(struct run *run, struct fewray_error *error) {
+    const char *parts[2];
+    int part_count = 0;
+    if (run->settings.direct)
+        parts[part_count++] = "direct";
+    if (run->settings.indirect)
+        parts[part_count++] = "indirect";
+    if (!run->job->denoised || run->job->parts || !is_first(run) ||
+        fewray_frame_plane(run->frame, "noisy.R"))
+        return FEWRAY_OK;
+    if (!run->planner) /* it looks at pictures while it renders */
+        tell(run, "denoise");
+    struct fewray_denoise_options options = run->job->denoise;
+    options.model = run->model;
+    options.threads = run->job->settings.threads;
+    options.cancel = run->settings.cancel;
+    options.progress = run->planner ? NULL : denoise_progress;
+    options.progress_user = &run->settings;
+    struct fewray_denoiser *denoiser = NULL;
+    struct fewray_denoise_stats stats = {0};
+    int status = fewray_denoiser_create(&options, &denoiser, error);
+    if (!status && run->shot && run->shot->history)
+        status = shot_denoise(run->shot, denoiser, run->frame, parts, part_count, &stats, error);
+    else if (!status)
+        status =
+            fewray_denoise_frame_layers(denoiser, run->frame, parts, part_count, &stats, error);
+    fewray_denoiser_destroy(&denoiser);
+    run->stats.tiles = stats.tiles;
+    run->stats.tiles_denoised = stats.tiles_denoised;
+    run->stats.denoise_s += clock_lap(&run->lap);
+    return status;
+}
+
+/* Camera rays for the edges, before the first picture. */
+static int edges_to_goal(struct run *run, struct fewray_error *error) {
+    struct fewray_render_settings now = run->settings;
+    now.progress = NULL;
+    now.spp = planner_least_samples(run->planner);
+    const int status = fewray_trace_edges(run->world, &now, run->film, &run->stats.counts, error);
+    run->edges_traced = true;
+    planner_edges_traced(run->planner);
+    return status;
+}
+
+/* The samples so far as a finished picture, for the planner. */
+static int show_planner(struct run *run, struct fewray_error *error) {
+    int status = run->edges_traced ? FEWRAY_OK : edges_to_goal(run, error);
+    if (!status)
+        status = develop(run, error);
+    run->stats.render_s += clock_lap(&run->lap);
+    if (!status)
+        status = denoise(run, error);
+    if (!status)
+        planner_see(run->planner, run->frame);
+    return status;
+}
+
+/* As many samples, and where, as the planner wants. */
+static int render_to_goal(struct run *run, struct fewray_error *error) {
+    struct fewray_rest *rest = NULL;
+    struct fewray_pass pass;
+    int status = fewray_rest_create(run->world, run->maps, &run->settings, run->film, &rest, error);
+    while (!status && planner_next_pass(run->planner, &pass)) {
+        fewray_frame_destroy(&run->frame);
+        status = fewray_rest_pass(rest, &pass, &run->stats.counts, error);
+        if (!status)
+            planner_passed(run->planner);
+        if (!status && planner_wants_picture(run->planner))
+            status = show_planner(run, error);
+    }
+    fewray_rest_destroy(&rest);
+    if (!status && !run->frame)
+        status = show_planner(run, error);
+    planner_finish(run->planner, &run->stats.plan);
+    run->stats.spp = (int)lround(run->stats.plan.spp);
+    run->stats.render_s += clock_lap(&run->lap);
+    return status;
+}
+
 /* The remaining samples. */
 static int render(struct run *run, struct fewray_error *error) {
     struct fewray_render_stats *counts = &run->stats.counts;
     bool ppg = run->guided && run->job->ppg;
+    tell(run, "render");
+    if (run->planner)
+        return render_to_goal(run, error);
     int status =
         ppg ? fewray_trace_ppg(run->world, &run->settings, run->film, counts, error)
             : fewray_trace_rest(run->world, run->maps, &run->settings, run->film, counts, error);
@@ -228,45 +411,10 @@ static int render(struct run *run, struct fewray_error *error) {
     return status;
 }
 
-static void denoise_progress(void *user, double fraction) {
-    const struct fewray_render_settings *settings = user;
-    settings->progress(settings->progress_user, "denoise", fraction);
-}
-
-/* R, G, B, and their parts where they were kept apart, become the filtered picture; what they were
- * is kept as noisy.R, noisy.G, noisy.B ... */
-static int denoise(struct run *run, struct fewray_error *error) {
-    const char *parts[2];
-    int part_count = 0;
-    if (run->settings.direct)
-        parts[part_count++] = "direct";
-    if (run->settings.indirect)
-        parts[part_count++] = "indirect";
-    if (!run->job->denoised || run->job->parts || !is_first(run))
-        return FEWRAY_OK;
-    struct fewray_denoise_options options = run->job->denoise;
-    options.threads = run->job->settings.threads;
-    options.cancel = run->settings.cancel;
-    options.progress = run->settings.progress ? denoise_progress : NULL;
-    options.progress_user = &run->settings;
-    struct fewray_denoiser *denoiser = NULL;
-    struct fewray_denoise_stats stats = {0};
-    int status = fewray_denoiser_create(&options, &denoiser, error);
-    if (!status && run->shot && run->shot->history)
-        status = shot_denoise(run->shot, denoiser, run->frame, parts, part_count, &stats, error);
-    else if (!status)
-        status =
-            fewray_denoise_frame_layers(denoiser, run->frame, parts, part_count, &stats, error);
-    fewray_denoiser_destroy(&denoiser);
-    run->stats.tiles = stats.tiles;
-    run->stats.tiles_denoised = stats.tiles_denoised;
-    run->stats.denoise_s = clock_lap(&run->lap);
-    return status;
-}
-
 static int write(struct run *run, struct fewray_error *error) {
     if (!is_first(run))
         return FEWRAY_OK;
+    tell(run, "write");
     const int status = outputs_write(&run->outputs, run->frame, &run->stats, run->start, error);
     run->lap = clock_seconds();
     return status;
@@ -297,9 +445,18 @@ static void tell_warnings(const struct run *run) {
     const struct fewray_scene_summary summary = fewray_scene_summarize(run->scene);
     for (int i = 0; i < summary.warning_count; i++)
         run->job->warn(run->job->warn_user, summary.warnings[i]);
+    if (run->stats.plan.too_short)
+        run->job->warn(
+            run->job->warn_user,
+            "the time is too short for one sample a pixel; that was rendered all the same");
+    if (run->stats.plan.hit_max_spp)
+        run->job->warn(run->job->warn_user,
+                       "the error wasn't reached with the most samples allowed; raise --max-spp");
 }
 
 static void end_run(struct run *run) {
+    planner_destroy(&run->planner);
+    preview_end(&run->preview);
     fewray_frame_destroy(&run->frame);
     fewray_maps_destroy(&run->maps);
     fewray_look_destroy(&run->look);

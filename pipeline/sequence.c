@@ -18,6 +18,7 @@ struct sequence_run {
     struct fewray_job job; /* of the frame: its outputs, seed and $frame */
     const struct fewray_job *shared;
     struct shot shot;
+    int frame; /* of the one that is rendered, for the progress */
     char *names[3];
     char number[16];
 };
@@ -105,8 +106,21 @@ static int remember(struct sequence_run *run, int frame, struct fewray_error *er
     return status;
 }
 
+/* A frame's progress as that of the sequence. */
+static void frame_progress(void *user, const struct fewray_progress *of_frame) {
+    const struct sequence_run *run = user;
+    const struct fewray_frames *frames = &run->sequence->frames;
+    const int before = (run->frame - frames->first) / frames->step, count = frames_count(frames);
+    struct fewray_progress now = *of_frame;
+    now.fraction = (before + of_frame->fraction) / count;
+    if (of_frame->seconds_left >= 0 && of_frame->fraction < 1) /* later frames take as long */
+        now.seconds_left *= 1 + (count - before - 1) / (1 - of_frame->fraction);
+    run->shared->progress(run->shared->progress_user, &now);
+}
+
 static int render(struct sequence_run *run, int frame, struct fewray_error *error) {
     struct fewray_run_stats stats;
+    run->frame = frame;
     int status = shot_run_frame(&run->job, &run->shot, NULL, &stats, error);
     end_frame(run);
     run->job.warn = NULL; /* once is enough */
@@ -160,6 +174,10 @@ static int check(const struct fewray_job *job, const struct fewray_sequence *seq
 int fewray_sequence_run(const struct fewray_job *job, const struct fewray_sequence *sequence,
                         struct fewray_error *error) {
     struct sequence_run run = {.sequence = sequence, .job = *job, .shared = job};
+    if (job->progress) {
+        run.job.progress = frame_progress;
+        run.job.progress_user = &run;
+    }
     int status = check(job, sequence, error);
     if (!status && job->denoised && sequence->temporal && frames_count(&sequence->frames) > 1) {
         struct fewray_denoise_history_options options;

@@ -58,6 +58,32 @@ static json_t *list_skipped(const struct fewray_run_stats *stats) {
     return skipped;
 }
 
+/* What the planner decided; NaN is null, there is no such number in JSON. */
+static json_t *plan_to_json(const struct fewray_plan *plan, double seconds) {
+    json_t *object = json_object(), *reasons = json_array();
+    for (int i = 0; i < plan->reason_count; i++)
+        json_array_append_new(reasons, json_string(plan->reasons[i]));
+    if (plan->wanted_s > 0)
+        set_seconds(object, "wanted_s", plan->wanted_s);
+    set_seconds(object, "predicted_s", plan->predicted_s);
+    set_seconds(object, "true_s", seconds);
+    if (plan->wanted_error > 0)
+        json_object_set_new(object, "wanted_error", json_real(plan->wanted_error));
+    json_object_set_new(object, "estimated_error",
+                        isnan(plan->estimated_error) ? json_null()
+                                                     : json_real(plan->estimated_error));
+    json_object_set_new(object, "spp", json_real(plan->spp));
+    set_count(object, "least_spp", plan->least_spp);
+    set_count(object, "most_spp", plan->most_spp);
+    set_count(object, "passes", plan->passes);
+    set_count(object, "pictures", plan->pictures);
+    json_object_set_new(object, "adaptive", json_boolean(plan->adaptive));
+    json_object_set_new(object, "hit_max_spp", json_boolean(plan->hit_max_spp));
+    json_object_set_new(object, "too_short", json_boolean(plan->too_short));
+    json_object_set_new(object, "reasons", reasons);
+    return object;
+}
+
 static json_t *stats_to_json(const struct fewray_run_stats *stats) {
     const struct fewray_render_stats *counts = &stats->counts;
     json_t *object = json_object();
@@ -69,6 +95,8 @@ static json_t *stats_to_json(const struct fewray_run_stats *stats) {
     set_seconds(object, "denoise_s", stats->denoise_s);
     set_seconds(object, "write_s", stats->write_s);
     set_seconds(object, "total_s", stats->total_s);
+    set_seconds(object, "preview_s", stats->preview_s);
+    set_count(object, "previews", stats->previews);
     set_count(object, "peak_rss_bytes", peak_rss_bytes());
     set_count(object, "threads", stats->threads);
     set_count(object, "width", stats->width);
@@ -85,6 +113,8 @@ static json_t *stats_to_json(const struct fewray_run_stats *stats) {
     set_count(object, "tiles", stats->tiles);
     set_count(object, "tiles_denoised", stats->tiles_denoised);
     json_object_set_new(object, "skipped", list_skipped(stats));
+    if (stats->plan.made)
+        json_object_set_new(object, "plan", plan_to_json(&stats->plan, stats->total_s));
     return object;
 }
 

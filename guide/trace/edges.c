@@ -104,7 +104,7 @@ static void finish_pixel(struct edge_rays *r) {
         &film->edges[(size_t)r->pixel_y * (size_t)film->width + (size_t)r->pixel_x];
     const int used = r->used;
     const double *sum = r->sum;
-    edge->refined = used > 0;
+    edge->rays = used;
     for (int c = 0; c < 3 && used; c++) {
         edge->emission[c] = (float)(sum[EMISSION + c] / used);
         edge->albedo[c] = (float)(sum[ALBEDO + c] / used);

@@ -57,6 +57,7 @@ int fewray_film_create(const struct fewray_world *world,
     struct fewray_film *film = calloc(1, sizeof(*film));
     if (film) {
         picture_size(&world->scene->camera, settings, &film->width, &film->height);
+        film->threads = film_threads(settings);
         film->look_weight = settings->look_weight;
         film->wants_direct = settings->direct;
         film->wants_indirect = settings->indirect;
@@ -257,7 +258,7 @@ static void fill_pixel(const struct fewray_film *film, const struct fewray_maps 
         p->emission[c][i] = s * look->emission[c] + (1 - s) * rest->emission[c];
     }
     p->depth[0][i] = s * look->depth + (1 - s) * rest->depth;
-    if (film->edges[i].refined)
+    if (film->edges[i].rays > look->count + rest->count)
         replace_features(&film->edges[i], i, p);
     p->alpha[i] = s * look->alpha + (1 - s) * rest->alpha;
     if (film->indirect)

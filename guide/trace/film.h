@@ -18,9 +18,9 @@ struct pixel_group {
 };
 
 /* What the camera sees of a pixel at an edge, from rays of its own: it replaces what the samples
- * saw. */
+ * saw, where those are fewer. */
 struct pixel_edge {
-    bool refined;
+    int rays; /* 0: none */
     float emission[3], albedo[3], normal[3], depth;
 };
 
@@ -57,5 +57,13 @@ float film_look_share(const struct fewray_film *film, const struct fewray_maps *
 struct integrator film_integrator(const struct fewray_world *world, const struct fewray_film *film,
                                   const struct fewray_render_settings *settings);
 int film_threads(const struct fewray_render_settings *settings);
+
+static inline int film_tile_columns(const struct fewray_film *film) {
+    return (film->width + FEWRAY_TILE_SIZE - 1) / FEWRAY_TILE_SIZE;
+}
+
+static inline int film_tile_count(const struct fewray_film *film) {
+    return film_tile_columns(film) * ((film->height + FEWRAY_TILE_SIZE - 1) / FEWRAY_TILE_SIZE);
+}
 
 #endif

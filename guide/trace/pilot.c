@@ -86,19 +86,25 @@ int fewray_trace_pilot(const struct fewray_world *world,
     if (!pairs)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the pilot");
     long long traced = 0;
+    int pairs_traced = 0;
 #pragma omp parallel for schedule(dynamic, 16) num_threads(film_threads(settings))                 \
-    reduction(+ : traced)
+    reduction(+ : traced, pairs_traced)
     for (int i = 0; i < count; i++) {
         uint32_t place = hash_combine(seed, (uint32_t)i);
         int x = i % columns * PILOT_SPACING + (int)(place % PILOT_SPACING);
         int y = i / columns * PILOT_SPACING + (int)(place / PILOT_SPACING % PILOT_SPACING);
         int rays = 0;
         pairs[i] = (struct pilot_pair){0, 0, 0};
-        if (x < film->width && y < film->height && !is_cancelled(settings))
+        if (x < film->width && y < film->height && !is_cancelled(settings)) {
             pairs[i] = trace_pair(&in, x, y, seed, &rays);
+            pairs_traced++;
+        }
         traced += rays;
     }
     relative_variance(pairs, columns, rows, pilot);
+    pilot->width = film->width;
+    pilot->height = film->height;
+    pilot->paths = 2 * pairs_traced;
     pilot->tiny = (long long)film->width * film->height * settings->initial < LEAST_RECORDS;
     free(pairs);
     stats->rays += traced;

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The samples after the first look, guided where there are maps. */
 
+#include <stdlib.h>
+
 #include "guide/trace/team.h"
 #include "guide/trace/tile_paths.h"
 #include "guide/trace/tiles.h"
@@ -17,91 +19,104 @@ static void progress_of_part(void *user, const char *phase, double fraction) {
                              part->begin + (part->end - part->begin) * fraction);
 }
 
-#define KEPT_SAMPLES 2 /* of a pixel between two refinements, for new probes */
+#define KEPT_SAMPLES 2  /* of a pixel between two refinements, for new probes */
+#define PASS_SAMPLES 64 /* most of a pixel in one pass over the picture */
 
-struct rest_job {
+/* A tile's number in rows of tiles from the upper left corner. */
+static int tile_index(const struct fewray_film *film, int x, int y) {
+    return y / TILE_SIZE * film_tile_columns(film) + x / TILE_SIZE;
+}
+
+struct fewray_rest {
     const struct fewray_render_settings *settings;
     struct integrator integrator;
     struct fewray_film *film;
+    struct fewray_maps *maps;
     struct fewray_maps *learning; /* maps that the samples teach; NULL: none */
     struct fewray_look *kept;     /* the last samples before a refinement; NULL: not wanted */
     const struct bundle_tracer *bundles;
     int look;                     /* samples a pixel of the look */
-    int first, end;               /* samples a pixel after it: first <= s < end */
+    int *done;                    /* (tiles) samples a pixel after it */
+    const int *more;              /* (tiles) of this pass */
 };
 
-/* Where what sample s of a pixel saw is to be written. */
-static struct path_notes notes_for(const struct rest_job *job, int x, int y, int s,
+/* Where what sample s of a pixel saw is to be written; the pass ends before sample `end`. */
+static struct path_notes notes_for(const struct fewray_rest *rest, int x, int y, int s, int end,
                                    struct look_record *record) {
     struct path_notes notes = {.record = record};
-    int kept = s - (job->end - KEPT_SAMPLES);
-    if (job->kept && kept >= 0) {
-        size_t i = ((size_t)y * (size_t)job->kept->width + (size_t)x) * KEPT_SAMPLES + (size_t)kept;
-        notes.record = &job->kept->records[i];
-        notes.second = &job->kept->seconds[i];
+    int kept = s - (end - KEPT_SAMPLES);
+    if (rest->kept && kept >= 0) {
+        size_t i =
+            ((size_t)y * (size_t)rest->kept->width + (size_t)x) * KEPT_SAMPLES + (size_t)kept;
+        notes.record = &rest->kept->records[i];
+        notes.second = &rest->kept->seconds[i];
     }
     return notes;
 }
 
-/* Where no sample's path has to be remembered. Pixel by pixel in Morton order, so that a bundle's
- * camera rays lie close together. */
-static void bundle_tile(struct rest_job *job, int x0, int y0, int x1, int y1,
-                        struct fewray_render_stats *stats) {
+/* Where no sample's path has to be remembered: samples first..end - 1 of each pixel, pixel by pixel
+ * in Morton order, so that a bundle's camera rays lie close together. */
+static void bundle_tile(struct fewray_rest *rest, int x0, int y0, int x1, int y1, int first,
+                        int end, struct fewray_render_stats *stats) {
     struct fewray_render_stats counts = {0};
-    struct tile_paths paths = {.integrator = &job->integrator,
-                               .film = job->film,
+    struct tile_paths paths = {.integrator = &rest->integrator,
+                               .film = rest->film,
                                .stats = &counts,
-                               .trace = job->bundles->paths,
+                               .trace = rest->bundles->paths,
                                .group = GROUP_REST};
     for (uint32_t k = 0; k < TILE_SIZE * TILE_SIZE; k++) {
         int x = x0 + (int)tile_morton_x(k), y = y0 + (int)tile_morton_x(k >> 1);
-        if (x >= x1 || y >= y1 || is_cancelled(job->settings))
+        if (x >= x1 || y >= y1 || is_cancelled(rest->settings))
             continue;
-        uint32_t seed = pixel_seed(job->settings, x, y);
-        for (int s = job->first; s < job->end; s++)
-            tile_paths_add(&paths,
-                           &(struct bundle_start){
-                               x, y, sampler_start(seed, sample_index(job->settings, job->look + s)), .second = NULL});
+        uint32_t seed = pixel_seed(rest->settings, x, y);
+        for (int s = first; s < end; s++) {
+            const uint32_t index = sample_index(rest->settings, rest->look + s);
+            tile_paths_add(&paths, &(struct bundle_start){x, y, sampler_start(seed, index),
+                                                          .second = NULL});
+        }
     }
     tile_paths_end(&paths);
-    if (job->first > 0) /* the pixels were counted by an earlier part */
+    if (first > 0) /* the pixels were counted by an earlier pass */
         counts.pixels_guided = 0;
     stats_add(stats, &counts);
 }
 
 /* Where the maps learn from each sample. */
-static void learning_tile(struct rest_job *job, int x0, int y0, int x1, int y1,
-                          struct fewray_render_stats *stats) {
+static void learning_tile(struct fewray_rest *rest, int x0, int y0, int x1, int y1, int first,
+                          int end, struct fewray_render_stats *stats) {
     struct look_record record;
     for (int y = y0; y < y1; y++)
-        for (int x = x0; x < x1 && !is_cancelled(job->settings); x++) {
-            uint32_t seed = pixel_seed(job->settings, x, y);
+        for (int x = x0; x < x1 && first < end && !is_cancelled(rest->settings); x++) {
+            uint32_t seed = pixel_seed(rest->settings, x, y);
             struct pixel_sums sums = {0};
             bool guided = false;
-            for (int s = job->first; s < job->end; s++) {
+            for (int s = first; s < end; s++) {
                 struct sampler sampler =
-                    sampler_start(seed, sample_index(job->settings, job->look + s));
-                struct path_notes notes = notes_for(job, x, y, s, &record);
-                struct path_sample p = trace_path(&job->integrator, x, y, &sampler, &notes);
+                    sampler_start(seed, sample_index(rest->settings, rest->look + s));
+                struct path_notes notes = notes_for(rest, x, y, s, end, &record);
+                struct path_sample p = trace_path(&rest->integrator, x, y, &sampler, &notes);
                 pixel_sums_add(&sums, &p);
                 stats->rays += p.rays;
                 guided |= p.guided;
-                maps_learn(job->learning, x, y, notes.record);
+                maps_learn(rest->learning, x, y, notes.record);
             }
-            stats->paths += job->end - job->first;
+            stats->paths += end - first;
             stats->dropped += sums.dropped;
-            stats->pixels_guided += guided && job->first == 0;
-            film_add(job->film, x, y, GROUP_REST, &sums);
+            stats->pixels_guided += guided && first == 0;
+            film_add(rest->film, x, y, GROUP_REST, &sums);
         }
 }
 
 static void rest_tile(void *user, int x0, int y0, int x1, int y1,
                       struct fewray_render_stats *stats) {
-    struct rest_job *job = user;
-    if (job->learning)
-        learning_tile(job, x0, y0, x1, y1, stats);
+    struct fewray_rest *rest = user;
+    const int tile = tile_index(rest->film, x0, y0);
+    const int first = rest->done[tile], end = first + rest->more[tile];
+    if (rest->learning)
+        learning_tile(rest, x0, y0, x1, y1, first, end, stats);
     else
-        bundle_tile(job, x0, y0, x1, y1, stats);
+        bundle_tile(rest, x0, y0, x1, y1, first, end, stats);
+    rest->done[tile] = end;
 }
 
 /* Samples a pixel before which the maps are refined next, the look included. */
@@ -112,63 +127,129 @@ static int next_refinement(int done) {
     return spp;
 }
 
-/* Samples first..end - 1 of each pixel. */
-static int trace_part(struct rest_job *job, int samples, struct fewray_render_stats *stats,
-                      struct fewray_error *error) {
-    const struct fewray_render_settings *settings = job->settings;
-    struct fewray_render_settings part = *settings;
-    struct progress_part share = {settings, (double)job->first / samples,
-                                  (double)job->end / samples};
-    part.progress = settings->progress ? progress_of_part : NULL;
-    part.progress_user = &share;
-    return tiles_run(job->film->width, job->film->height, &part, "render", rest_tile, job, stats,
-                     error);
+/* Samples a pixel, the look included, at which a pass ends: 1, 4, 16, 64, 128, 192, ... Who waits
+ * sees the whole picture early, and tiles stay short. The same for every run: where passes end
+ * decides how the film's sums are rounded. */
+static int next_pass(int done) {
+    int spp = 1;
+    while (spp <= done && spp < PASS_SAMPLES)
+        spp *= 4;
+    return spp > done ? spp : (done / PASS_SAMPLES + 1) * PASS_SAMPLES;
 }
 
 /* New maps from all samples so far, new probes from the last ones, which saw more light than the
  * look. */
-static int refine(struct rest_job *job, struct fewray_maps *maps, struct fewray_error *error) {
-    const struct fewray_team *team = job->settings->team;
-    int threads = film_threads(job->settings);
+static int refine(struct fewray_rest *rest, struct fewray_error *error) {
+    const struct fewray_team *team = rest->settings->team;
+    struct fewray_maps *maps = rest->learning;
+    int threads = film_threads(rest->settings);
     maps_refine(maps, threads);
     int status = maps_exchange(maps, team, error);
-    job->integrator.part++;
-    if (status || !job->kept)
+    rest->integrator.part++;
+    if (status || !rest->kept)
         return status;
-    if ((status = look_exchange(job->kept, team, error)))
+    if ((status = look_exchange(rest->kept, team, error)))
         return status;
     probes_destroy(&maps->probes);
-    status = probes_create(job->kept, threads, &maps->probes, error);
-    job->integrator.guides.probes = maps->probes;
+    status = probes_create(rest->kept, threads, &maps->probes, error);
+    rest->integrator.guides.probes = maps->probes;
     return fewray_team_agree(team, status, error);
+}
+
+int fewray_rest_create(const struct fewray_world *world, struct fewray_maps *maps,
+                       const struct fewray_render_settings *settings, struct fewray_film *film,
+                       struct fewray_rest **out, struct fewray_error *error) {
+    struct fewray_rest *rest = *out = calloc(1, sizeof *rest);
+    if (rest)
+        rest->done = calloc((size_t)film_tile_count(film), sizeof *rest->done);
+    if (!rest || !rest->done) {
+        fewray_rest_destroy(out);
+        return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
+                           "no memory for the samples' counts");
+    }
+    rest->settings = settings;
+    rest->integrator = film_integrator(world, film, settings);
+    rest->film = film;
+    rest->bundles = bundle_tracer_get();
+    rest->maps = maps;
+    rest->look = maps ? settings->initial : 0;
+    if (maps)
+        rest->integrator.guides = (struct guides){.maps = maps, .probes = maps->probes};
+    return FEWRAY_OK;
+}
+
+void fewray_rest_destroy(struct fewray_rest **rest) {
+    if (!*rest)
+        return;
+    fewray_look_destroy(&(*rest)->kept);
+    free((*rest)->done);
+    free(*rest);
+    *rest = NULL;
+}
+
+/* Whether some tile gets enough samples to make new probes of. */
+static bool can_keep(const struct fewray_rest *rest) {
+    for (int t = 0; t < film_tile_count(rest->film); t++)
+        if (rest->more[t] >= KEPT_SAMPLES)
+            return true;
+    return false;
+}
+
+int fewray_rest_pass(struct fewray_rest *rest, const struct fewray_pass *pass,
+                     struct fewray_render_stats *stats, struct fewray_error *error) {
+    const struct fewray_film *film = rest->film;
+    struct fewray_render_settings part = *rest->settings;
+    struct progress_part share = {rest->settings, pass->progress_begin, pass->progress_end};
+    part.progress = part.progress ? progress_of_part : NULL;
+    part.progress_user = &share;
+    rest->more = pass->tile_samples;
+    rest->learning = pass->learn && rest->maps && rest->maps->sums ? rest->maps : NULL;
+    int status = FEWRAY_OK;
+    if (rest->learning && rest->maps->probes && !rest->kept && can_keep(rest))
+        status = look_create(film->width, film->height, KEPT_SAMPLES, true, &rest->kept, error);
+    status = fewray_team_agree(rest->settings->team, status, error);
+    if (!status)
+        status =
+            tiles_run(film->width, film->height, &part, "render", rest_tile, rest, stats, error);
+    return status || !rest->learning || !pass->refine ? status : refine(rest, error);
+}
+
+static int min_int(int a, int b) {
+    return a < b ? a : b;
+}
+
+/* Passes of all tiles alike. */
+static int trace_evenly(struct fewray_rest *rest, int *more, struct fewray_render_stats *stats,
+                        struct fewray_error *error) {
+    const bool learns = rest->maps && rest->maps->sums;
+    const int samples = rest->settings->spp - rest->look;
+    int status = FEWRAY_OK;
+    for (int first = 0, end; first < samples && !status; first = end) {
+        int refinement = next_refinement(rest->look + first) - rest->look;
+        bool learn = learns && refinement < samples;
+        end = min_int(next_pass(rest->look + first) - rest->look, learn ? refinement : samples);
+        for (int t = 0; t < film_tile_count(rest->film); t++)
+            more[t] = end - first;
+        const struct fewray_pass pass = {more, learn, learn && end == refinement,
+                                         (double)first / samples, (double)end / samples};
+        status = fewray_rest_pass(rest, &pass, stats, error);
+    }
+    return status;
 }
 
 int fewray_trace_rest(const struct fewray_world *world, struct fewray_maps *maps,
                       const struct fewray_render_settings *settings, struct fewray_film *film,
                       struct fewray_render_stats *stats, struct fewray_error *error) {
-    int look = maps ? settings->initial : 0, samples = settings->spp - look, status = FEWRAY_OK;
-    struct rest_job job = {
-        .settings = settings,
-        .integrator = film_integrator(world, film, settings),
-        .film = film,
-        .bundles = bundle_tracer_get(),
-        .look = look,
-    };
-    if (maps)
-        job.integrator.guides = (struct guides){.maps = maps, .probes = maps->probes};
-    while (job.end < samples && !status) {
-        job.first = job.end;
-        int refinement = next_refinement(look + job.first) - look;
-        bool last = !maps || !maps->sums || refinement >= samples;
-        job.end = last ? samples : refinement;
-        job.learning = last ? NULL : maps;
-        if (job.learning && maps->probes && !job.kept && job.end - job.first >= KEPT_SAMPLES)
-            status = look_create(film->width, film->height, KEPT_SAMPLES, true, &job.kept, error);
-        status = fewray_team_agree(settings->team, status, error);
-        status = status ? status : trace_part(&job, samples, stats, error);
-        if (!status && !last)
-            status = refine(&job, maps, error);
-    }
-    fewray_look_destroy(&job.kept);
+    struct fewray_rest *rest = NULL;
+    int status = fewray_rest_create(world, maps, settings, film, &rest, error);
+    int *more = malloc((size_t)film_tile_count(film) * sizeof *more);
+    if (!status && !more)
+        status = fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
+                             "no memory for the samples' counts");
+    status = fewray_team_agree(settings->team, status, error);
+    if (!status)
+        status = trace_evenly(rest, more, stats, error);
+    free(more);
+    fewray_rest_destroy(&rest);
     return status ? status : fewray_film_share(film, settings->team, error);
 }

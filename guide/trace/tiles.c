@@ -21,46 +21,87 @@ static int min_int(int a, int b) {
     return a < b ? a : b;
 }
 
+/* The tiles of one run, handed out in order. */
+struct tile_queue {
+    int width, height, columns, tiles;
+    int next, done;
+    bool cancelled;
+    const struct fewray_render_settings *settings;
+    const char *phase;
+    tile_function work;
+    void *user;
+    struct team_deal deal;
+    int rank;
+    struct fewray_render_stats mine; /* of this process */
+};
+
+static void run_tile(struct tile_queue *queue, int t) {
+    const struct fewray_render_settings *settings = queue->settings;
+    int x0 = t % queue->columns * TILE_SIZE, y0 = t / queue->columns * TILE_SIZE;
+    struct fewray_render_stats part = {0};
+    queue->work(queue->user, x0, y0, min_int(x0 + TILE_SIZE, queue->width),
+                min_int(y0 + TILE_SIZE, queue->height), &part);
+#pragma omp critical(fewray_tiles)
+    {
+        stats_add(&queue->mine, &part);
+        queue->done++;
+        if (settings->progress)
+            settings->progress(settings->progress_user, queue->phase,
+                               fmin(1, (double)queue->done * queue->deal.size / queue->tiles));
+    }
+}
+
+/* One thread's tiles until none is left or a pause is due; at least one, so that a pause without
+ * end can't stop the work. */
+static void run_tiles(struct tile_queue *queue) {
+    const struct fewray_render_settings *settings = queue->settings;
+    for (bool due = false; !due;) {
+        int t;
+#pragma omp atomic capture
+        t = queue->next++;
+        if (t >= queue->tiles)
+            return;
+        if (team_owner(queue->deal, t % queue->columns, t / queue->columns) != queue->rank)
+            continue;
+        bool cancelled = is_cancelled(settings);
+        if (!cancelled)
+            run_tile(queue, t);
+        if (cancelled || is_cancelled(settings)) {
+#pragma omp atomic write
+            queue->cancelled = true;
+            return;
+        }
+        due = settings->pause_due && settings->pause_due(settings->pause_user);
+    }
+}
+
 int tiles_run(int width, int height, const struct fewray_render_settings *settings,
               const char *phase, tile_function work, void *user, struct fewray_render_stats *stats,
               struct fewray_error *error) {
     int columns = (width + TILE_SIZE - 1) / TILE_SIZE, rows = (height + TILE_SIZE - 1) / TILE_SIZE;
-    int tiles = columns * rows, done = 0;
-    bool cancelled = false;
-    struct fewray_render_stats mine = {0};
-    const struct team_deal deal = team_deal(settings->team);
-    const int rank = settings->team ? settings->team->rank : 0;
-#pragma omp parallel for schedule(dynamic) num_threads(film_threads(settings))
-    for (int t = 0; t < tiles; t++) {
-        if (team_owner(deal, t % columns, t / columns) != rank)
-            continue;
-        if (is_cancelled(settings)) {
-#pragma omp atomic write
-            cancelled = true;
-            continue;
-        }
-        int x0 = t % columns * TILE_SIZE, y0 = t / columns * TILE_SIZE;
-        struct fewray_render_stats part = {0};
-        work(user, x0, y0, min_int(x0 + TILE_SIZE, width), min_int(y0 + TILE_SIZE, height), &part);
-        if (is_cancelled(settings)) {
-#pragma omp atomic write
-            cancelled = true;
-        }
-#pragma omp critical(fewray_tiles)
-        {
-            stats_add(&mine, &part);
-            done++;
-            if (settings->progress)
-                settings->progress(settings->progress_user, phase,
-                                   fmin(1, (double)done * deal.size / tiles));
-        }
+    const struct fewray_team *team = settings->team;
+    struct tile_queue queue = {.width = width,
+                               .height = height,
+                               .columns = columns,
+                               .tiles = columns * rows,
+                               .settings = settings,
+                               .phase = phase,
+                               .work = work,
+                               .user = user,
+                               .deal = team_deal(team),
+                               .rank = team ? team->rank : 0};
+    while (queue.next < queue.tiles && !queue.cancelled) {
+#pragma omp parallel num_threads(film_threads(settings))
+        run_tiles(&queue);
+        if (settings->pause_due && !queue.cancelled)
+            settings->paused(settings->pause_user, queue.next >= queue.tiles);
     }
     int status = FEWRAY_OK;
-    if (cancelled)
+    if (queue.cancelled)
         status = fewray_fail(error, FEWRAY_ERROR_CANCELLED, NULL, 0, "interrupted");
-    status = fewray_team_agree(settings->team, status, error);
+    status = fewray_team_agree(team, status, error);
     if (status && status != FEWRAY_ERROR_CANCELLED)
         return status;
-    const int counted = team_add_stats(settings->team, &mine, stats, error);
+    const int counted = team_add_stats(team, &queue.mine, stats, error);
     return counted ? counted : status;
 }

@@ -2,11 +2,11 @@
 #ifndef FEWRAY_GUIDE_TILES_H
 #define FEWRAY_GUIDE_TILES_H
 
-/* The picture in tiles over threads, with progress and cancelling. */
+/* The picture in tiles over threads, with progress, pauses and cancelling. */
 
 #include "guide/trace/film.h"
 
-#define TILE_SIZE 16 /* pixels */
+#define TILE_SIZE FEWRAY_TILE_SIZE
 
 static inline bool is_cancelled(const struct fewray_render_settings *settings) {
     return settings->cancel && *settings->cancel;
@@ -38,7 +38,7 @@ typedef void (*tile_function)(void *user, int x0, int y0, int x1, int y1,
 
 void stats_add(struct fewray_render_stats *sum, const struct fewray_render_stats *part);
 
-/* Calls `work` for each tile; adds the counts to *stats. FEWRAY_ERROR_CANCELLED where
+/* Calls `work` for each tile, and settings->paused between tiles where that is due; adds the counts to *stats. FEWRAY_ERROR_CANCELLED where
  * settings->cancel stopped it. In a team each process does its own tiles, and all get the counts
  * and the status of all. */
 int tiles_run(int width, int height, const struct fewray_render_settings *settings,

@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <setjmp.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -76,6 +77,9 @@ static void test_wrong_command_lines_exit_2_with_one_line(void **state) {
         "render " SCENE " -o out.exr --width 65536 --height 65536",
         "render " SCENE " -o out.exr -D novalue",
         "render " SCENE " -o out.exr --png out.exr",
+        "render " SCENE " -o out.exr --preview out.exr",
+        "render " SCENE " -o out.exr --png out.png --preview out.png",
+        "render " SCENE " -o out.exr --preview out.png --preview-interval -1",
         "render " SCENE " -o out.exr --guide best",
         "render " SCENE " -o out.exr --bsdf-fraction -0.1",
         "render " SCENE " -o out.exr --map-bins 12",
@@ -96,6 +100,15 @@ static void test_wrong_command_lines_exit_2_with_one_line(void **state) {
         "render " SCENE " -o out.##.exr --frames 1..4x0",
         "render " SCENE " -o out.##.exr --frames 1..4 --fps 0",
         "render " SCENE " -o out.##.exr --part 1/2 --frames 1..4",
+        "render " SCENE " -o out.exr --spp 4 --time 5s",
+        "render " SCENE " -o out.exr --spp 4 --error 0.02",
+        "render " SCENE " -o out.exr --time 5s --error 0.02",
+        "render " SCENE " -o out.exr --time 5h",
+        "render " SCENE " -o out.exr --error 0",
+        "render " SCENE " -o out.exr --max-spp 8",
+        "render " SCENE " -o out.exr --time 5s --guide ppg",
+        "render " SCENE " -o out.exr --time 5s --part 1/2",
+        "render " SCENE " -o out.##.exr --time 5s --frames 1..4",
         "denoise -o out.exr",
         "denoise in.exr -o out.exr --aov direct,,indirect",
         "denoise in.exr -o out.exr --aov direct,",
@@ -125,6 +138,7 @@ static void test_failed_work_exits_1_and_names_the_file(void **state) {
     expect_error("render " SCENE " -o none/out.exr", 1, "none/out.exr");
     expect_error("render " SCENE " -o out.exr --stats none/out.json", 1, "none/out.json");
     expect_error("merge nowhere.exr -o out.exr", 1, "nowhere.exr");
+    expect_error("render " SCENE " -o out.exr --preview none/out.png", 1, "none/out.png");
     expect_error("denoise nowhere.exr -o out.exr", 1, "nowhere.exr");
     expect_error("compare nowhere.exr other.exr", 1, "nowhere.exr");
     expect_error("composite nowhere.exr other.exr -o out.png", 1, "nowhere.exr");
@@ -304,15 +318,37 @@ static void test_libraries_are_opened_where_they_are_needed(void **state) {
 static void test_an_interrupted_render_leaves_what_is_done(void **state) {
     (void)state;
     char line[1024];
-    snprintf(line, sizeof line,
-             "cd %s && { %s render %s -o cut.exr --spp 512 --width 1024 --height 1024 2> err.txt & "
-             "sleep 1; kill -TERM $!; wait $!; }",
-             folder, FEWRAY_COMMAND, SCENE);
+    snprintf(
+        line, sizeof line,
+        "cd %s && { %s render %s -o cut.exr --preview cut.png --spp 512 --width 1024 --height 1024 "
+        "2> err.txt & "
+        "sleep 1; kill -TERM $!; wait $!; }",
+        folder, FEWRAY_COMMAND, SCENE);
     const int status = system(line);
     assert_true(WIFEXITED(status));
     assert_int_equal(WEXITSTATUS(status), 1);
     assert_true(exists("cut.exr"));
     expect_success("info cut.exr");
+    struct fewray_image *preview = NULL;
+    char path[64];
+    snprintf(path, sizeof path, "%s/cut.png", folder);
+    assert_int_equal(fewray_image_read(path, &preview, NULL), FEWRAY_OK);
+    assert_int_equal(preview->width, 1024);
+    fewray_image_destroy(&preview);
+}
+
+/* A second signal doesn't wait for the files. */
+static void test_a_second_interrupt_kills(void **state) {
+    (void)state;
+    char line[1024];
+    snprintf(line, sizeof line,
+             "cd %s && { %s render %s -o killed.exr --preview killed.png --spp 512 --width 3000 "
+             "--height 3000 2> err.txt & sleep 0.5; kill -TERM $!; kill -TERM $!; sleep 0.02; "
+             "kill -TERM $! 2> err.txt; wait $!; }",
+             folder, FEWRAY_COMMAND, SCENE);
+    const int status = system(line);
+    assert_int_equal(WEXITSTATUS(status), 128 + SIGTERM);
+    assert_false(exists("killed.exr"));
 }
 
 /* The columns of the first line and the lines below it; each line must have as many columns. */
@@ -385,6 +421,7 @@ int main(void) {
         cmocka_unit_test(test_libraries_are_opened_where_they_are_needed),
         cmocka_unit_test(test_a_bench_leaves_table_json_and_plot),
         cmocka_unit_test(test_an_interrupted_render_leaves_what_is_done),
+        cmocka_unit_test(test_a_second_interrupt_kills),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

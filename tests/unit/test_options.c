@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Command lines: what is taken, and what is refused to the last character. */
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -17,6 +18,7 @@ struct values {
     bool flag;
     uint64_t seed;
     size_t size;
+    double time;
     const char *text;
     struct text_list list;
 };
@@ -30,6 +32,7 @@ static enum parse_result parse(struct values *values, int *first_file,
         {"flag", 0, OPTION_FLAG, &values->flag, NULL, "", 0, 0, NULL},
         {"seed", 0, OPTION_SEED, &values->seed, "S", "", 0, 0, NULL},
         {"size", 0, OPTION_SIZE, &values->size, "SIZE", "", 0, 0, NULL},
+        {"time", 0, OPTION_TIME, &values->time, "T", "", 0, 0, NULL},
         {"text", 0, OPTION_TEXT, &values->text, "T", "", 0, 0, NULL},
         {"define", 'D', OPTION_DEFINE, &values->list, "NAME=VALUE", "", 0, 0, NULL},
         {0},
@@ -79,6 +82,21 @@ static void test_sizes_have_units(void **state) {
     }
 }
 
+static void test_times_have_units(void **state) {
+    (void)state;
+    static const struct {
+        const char *text;
+        double seconds;
+    } times[] = {{"500ms", 0.5}, {"5s", 5}, {"2m", 120}, {"7", 7}, {"0.25", 0.25}, {"1.5m", 90}};
+    for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
+        struct values values = {0};
+        int first_file;
+        assert_int_equal(parse(&values, &first_file, ARGUMENTS("--time", times[i].text, "file")),
+                         PARSE_OK);
+        assert_true(fabs(values.time - times[i].seconds) < 1e-12);
+    }
+}
+
 static void test_wrong_values_are_refused(void **state) {
     (void)state;
     static const char *const wrong[][2] = {
@@ -109,6 +127,17 @@ static void test_wrong_values_are_refused(void **state) {
         {"--size", " 1M"},
         {"--size", "17179869184G"},
         {"--size", "99999999999999999999"},
+        {"--time", ""},
+        {"--time", "0"},
+        {"--time", "-1s"},
+        {"--time", "5 s"},
+        {"--time", " 5s"},
+        {"--time", "s"},
+        {"--time", "5h"},
+        {"--time", "5ss"},
+        {"--time", "nan"},
+        {"--time", "0x5"},
+        {"--time", "1e300"},
         {"--text", ""},
         {"-D", "novalue"},
         {"-D", "=value"},
@@ -144,6 +173,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_kind_of_option_is_read),
         cmocka_unit_test(test_sizes_have_units),
+        cmocka_unit_test(test_times_have_units),
         cmocka_unit_test(test_wrong_values_are_refused),
         cmocka_unit_test(test_wrong_shapes_of_a_command_line_are_refused),
         cmocka_unit_test(test_help_is_no_error),

@@ -122,17 +122,17 @@ static void test_the_rule(void **state) {
         struct fewray_pilot pilot;
         bool wants;
     } cases[] = {
-        {{0, 0, true, false}, true},   /* nothing is known */
-        {{0, 0, false, false}, false}, /* no noise at all */
-        {{2, 2, false, false}, true},  /* all noise comes by the bounce */
-        {{2, 2, false, true}, false},  /* but the picture is tiny */
-        {{0, 0, true, true}, false},
-        {{1.05f, 1.05f, false, false}, true},
-        {{0.95f, 0.95f, false, false}, false}, /* too little of it */
-        {{10, 2.6f, false, false}, true},
-        {{10, 2.4f, false, false}, false},    /* too small a part of all */
-        {{1.3f, 0.95f, false, false}, false}, /* enough of all, but little */
-        {{NAN, NAN, false, false}, false},
+        {{0, 0, true, false, 0, 0, 0}, true},   /* nothing is known */
+        {{0, 0, false, false, 0, 0, 0}, false}, /* no noise at all */
+        {{2, 2, false, false, 0, 0, 0}, true},  /* all noise comes by the bounce */
+        {{2, 2, false, true, 0, 0, 0}, false},  /* but the picture is tiny */
+        {{0, 0, true, true, 0, 0, 0}, false},
+        {{1.05f, 1.05f, false, false, 0, 0, 0}, true},
+        {{0.95f, 0.95f, false, false, 0, 0, 0}, false}, /* too little of it */
+        {{10, 2.6f, false, false, 0, 0, 0}, true},
+        {{10, 2.4f, false, false, 0, 0, 0}, false},    /* too small a part of all */
+        {{1.3f, 0.95f, false, false, 0, 0, 0}, false}, /* enough of all, but little */
+        {{NAN, NAN, false, false, 0, 0, 0}, false},
     };
     for (size_t i = 0; i < sizeof(cases) / sizeof(*cases); i++)
         assert_true(fewray_pilot_wants_guide(&cases[i].pilot) == cases[i].wants);
