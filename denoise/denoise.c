@@ -8,7 +8,6 @@
 #include <omp.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 #include <time.h>
 
 #include "denoise/emitters.h"
@@ -16,13 +15,13 @@
 #include "denoise/kpn_layers.h"
 #include "denoise/run.h"
 #include "denoise/weights_kpn.h"
+#include "features/pages.h"
 
 #define DEFAULT_MEMORY ((size_t)256 << 20)
 #define BAND_MEMORY    ((size_t)48 << 20) /* larger bands of rows than fit into it bring no speed */
 #define SETTLED_ERROR  0.001f
 #define MAX_SIDE       (1 << 20)
 #define MAX_PIXELS     ((size_t)1 << 31)
-#define HUGE_PAGE      ((size_t)2 << 20)
 /* One thread has this done in 30 ms. Two would save 10 on an idle machine, but wait for each other
  * after each layer, on a busy one for ten times as long. */
 #define THREAD_PIXELS 32768
@@ -251,19 +250,6 @@ static int check(const struct fewray_denoise_input *in, struct fewray_error *err
     return kpn_layers_check(in, error);
 }
 
-/* In huge pages where the system has them (Linux): the layers go through the whole of it again and
- * again, and faults of small pages and misses of their addresses took a seventh of the time. */
-static void *buffers_create(size_t bytes) {
-    void *memory = NULL;
-    if (posix_memalign(&memory, HUGE_PAGE, bytes))
-        return NULL;
-#ifdef MADV_HUGEPAGE
-    if (bytes >= HUGE_PAGE)
-        madvise(memory, bytes / HUGE_PAGE * HUGE_PAGE, MADV_HUGEPAGE);
-#endif
-    return memory;
-}
-
 static int threads_for(const struct fewray_denoiser *denoiser,
                        const struct fewray_denoise_input *in) {
     const double useful = 1 + (double)in->width * in->height / THREAD_PIXELS;
@@ -277,7 +263,7 @@ int denoiser_run_to(struct fewray_denoiser *denoiser, const struct fewray_denois
     const struct fewray_denoise_options *options = &denoiser->options;
     double start = now();
     int threads = threads_for(denoiser, in), regions = 0;
-    struct columns columns;
+    struct columns columns = {.bytes = 0};
     struct kpn_scale scale;
     struct kpn_blocks blocks = {0};
     void *memory = NULL;
@@ -304,7 +290,7 @@ int denoiser_run_to(struct fewray_denoiser *denoiser, const struct fewray_denois
         threads, &blocks, error);
     if (status != FEWRAY_OK)
         goto done;
-    memory = buffers_create(columns.bytes);
+    memory = pages_create(columns.bytes);
     if (!memory) {
         status =
             fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
@@ -331,7 +317,7 @@ int denoiser_run_to(struct fewray_denoiser *denoiser, const struct fewray_denois
                                                .buffer_bytes = columns.bytes};
 done:
     kpn_blocks_clear(&blocks);
-    free(memory);
+    pages_destroy(memory, columns.bytes);
     emitters_clear(&emitters);
     return status;
 }

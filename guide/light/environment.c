@@ -41,8 +41,8 @@ static struct vec3 map_texel(const struct environment *e, int x, int y) {
     return vec(p[0], p[1], p[2]);
 }
 
-/* The four texels around a point: columns wrap and are sampled at their centres, while the first and
- * last row lie at the poles (Mitsuba's convention). */
+/* The four texels around a point: columns wrap and are sampled at their centres, while the first
+ * and last row lie at the poles (Mitsuba's convention). */
 struct map_cell {
     int x[2], y[2];
     float wx, wy;
@@ -111,11 +111,12 @@ int environment_table_create(const struct environment *e, struct environment_tab
     int w = t->width = e->image->width, h = t->height = e->image->height;
     size_t cells = (size_t)w * (size_t)h;
     t->row_cdf = malloc(((size_t)h + 1) * sizeof(float));
+    t->row_cut = malloc((size_t)h * sizeof(*t->row_cut));
     t->column_cdf = malloc((cells + (size_t)h) * sizeof(float));
     t->cuts = w / 4 + 1;
     t->column_cut = malloc((size_t)h * (size_t)t->cuts * sizeof(*t->column_cut));
     float *luminances = malloc(cells * sizeof(float)), *rows = malloc((size_t)h * sizeof(float));
-    if (!t->row_cdf || !t->column_cdf || !t->column_cut || !luminances || !rows) {
+    if (!t->row_cdf || !t->row_cut || !t->column_cdf || !t->column_cut || !luminances || !rows) {
         free(luminances);
         free(rows);
         environment_table_clear(t);
@@ -133,6 +134,7 @@ int environment_table_create(const struct environment *e, struct environment_tab
         cdf_cut(cdf, (size_t)w, t->column_cut + (size_t)y * (size_t)t->cuts, (size_t)t->cuts);
     }
     double total = cdf_build(rows, (size_t)h, t->row_cdf);
+    cdf_cut(t->row_cdf, (size_t)h, t->row_cut, (size_t)h);
     free(rows);
     free(luminances);
     /* Mean over the sphere: the integral of f sin(theta) over (u, v) times 2 pi^2 / 4 pi. */
@@ -142,6 +144,7 @@ int environment_table_create(const struct environment *e, struct environment_tab
 
 void environment_table_clear(struct environment_table *t) {
     free(t->row_cdf);
+    free(t->row_cut);
     free(t->column_cdf);
     free(t->column_cut);
     *t = (struct environment_table){0};
@@ -159,7 +162,8 @@ static float cell_pdf(const struct environment_table *t, size_t x, size_t y, flo
 void environment_draw_row(const struct environment_table *t, const float u[2],
                           struct environment_draw *draw) {
     float a = u[0];
-    draw->row = (uint32_t)cdf_sample(t->row_cdf, (size_t)t->height, &a);
+    const size_t rows = (size_t)t->height;
+    draw->row = (uint32_t)cdf_sample_from(t->row_cdf, rows, t->row_cut[cdf_cut_of(a, rows)], &a);
     draw->v = ((float)draw->row + a) / (float)t->height;
     draw->start = (uint32_t)cdf_cut_of(u[1], (size_t)t->cuts);
     __builtin_prefetch(t->column_cut + (size_t)draw->row * (size_t)t->cuts + draw->start);
@@ -193,8 +197,7 @@ struct vec3 environment_sample(const struct environment_table *t, const float u[
     return environment_draw_column(t, u, &draw, &place, pdf);
 }
 
-float environment_pdf_at(const struct environment_table *t,
-                         const struct environment_place *place) {
+float environment_pdf_at(const struct environment_table *t, const struct environment_place *place) {
     if (t->environment->kind == ENVIRONMENT_NONE)
         return 0;
     if (t->environment->kind == ENVIRONMENT_CONSTANT)

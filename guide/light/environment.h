@@ -11,7 +11,8 @@ struct environment_table {
     int width, height;    /* cells of the sampling table; 0 without a map */
     float *row_cdf;       /* (height + 1) */
     float *column_cdf;    /* (height, width + 1) */
-    uint32_t *column_cut; /* (height, cuts): see cdf_cut() */
+    uint32_t *row_cut;    /* (height): see cdf_cut() */
+    uint32_t *column_cut; /* (height, cuts): likewise */
     int cuts;
     double power_density; /* mean luminance over the sphere */
 };

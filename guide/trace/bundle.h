@@ -15,9 +15,9 @@ enum { BUNDLE_LANES = 16 };
 struct bundle_start {
     int x, y; /* pixel */
     struct sampler sampler;
-    /* Of a look's path: what warps to its first bounce, and where to note what it saw; second may be
-     * NULL. */
-    float direction[2];
+    float direction[2]; /* of a look's path: what warps to its first bounce */
+    /* Where to note what the bounces saw; NULL: not wanted. All of a bundle's have a record or none;
+     * always a look's. */
     struct look_record *record;
     struct look_second *second;
 };

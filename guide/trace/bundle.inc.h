@@ -19,23 +19,24 @@ struct bundle {
     const struct bundle_start *starts;
     struct path_sample *samples;
     int count;
-    bool look; /* the paths are a first look's: their bounces are remembered */
+    bool look;  /* the paths are a first look's */
+    bool noted; /* what the bounces see is remembered */
     struct RTCRayHit16 rays LANES_ALIGNMENT;
     int alive[LANES] LANES_ALIGNMENT; /* -1, or 0: as Embree wants it */
     uint32_t seed[LANES] LANES_ALIGNMENT, index[LANES], dimension[LANES];
-    struct vertices vertices[2]; /* the present one and the one before, in turns */
-    struct vec3_lanes first;      /* weight of the bounce from the first vertex */
-    struct vec3_lanes throughput; /* of the bounces after it */
-    struct vec3_lanes direct;     /* next-event estimation at the first vertex, */
-    struct vec3_lanes irradiance; /* and over pi what a white surface would reflect of it */
-    struct vec3_lanes emission;   /* of the first bounce's end, */
-    float light_pdf[LANES];       /* and with which next-event estimation draws that point */
-    struct vec3_lanes reflected;  /* what that end reflects */
-    struct vec3_lanes beyond;     /* of that what came by way of its own bounce and didn't shine
-                                     itself */
-    struct vec3_lanes direction;                   /* of the bounce */
-    float pdf[LANES] LANES_ALIGNMENT;              /* of the bounce (solid angle) */
-    float light_chance[LANES] LANES_ALIGNMENT;     /* of the shadow ray where it started */
+    struct vertices vertices[2];      /* the present one and the one before, in turns */
+    struct vec3_lanes first;          /* weight of the bounce from the first vertex */
+    struct vec3_lanes throughput;     /* of the bounces after it */
+    struct vec3_lanes direct;         /* next-event estimation at the first vertex, */
+    struct vec3_lanes irradiance;     /* and over pi what a white surface would reflect of it */
+    struct vec3_lanes emission;       /* of the first bounce's end, */
+    float light_pdf[LANES];           /* and with which next-event estimation draws that point */
+    struct vec3_lanes reflected;      /* what that end reflects */
+    struct vec3_lanes beyond;         /* of that what came by way of its own bounce and didn't shine
+                                         itself */
+    struct vec3_lanes direction;      /* of the bounce */
+    float pdf[LANES] LANES_ALIGNMENT; /* of the bounce (solid angle) */
+    float light_chance[LANES] LANES_ALIGNMENT; /* of the shadow ray where it started */
     float first_pdf[LANES];                    /* of the first vertex's */
     float bounce_weight[LANES];                /* of the second vertex's, times its density */
     int rays_traced[LANES];
@@ -49,7 +50,7 @@ static bool may_scatter(const struct integrator *in, int depth) {
 static bool any_alive(const struct bundle *b) {
     int any = 0;
     EACH_LANE(i)
-        any |= b->alive[i];
+    any |= b->alive[i];
     return any != 0;
 }
 
@@ -68,6 +69,7 @@ static void start(struct bundle *b, const struct integrator *in, int count,
     b->samples = samples;
     b->count = count;
     b->look = false;
+    b->noted = starts[0].record != NULL;
     EACH_LANE(i) {
         const struct sampler *s = &starts[i < count ? i : 0].sampler;
         b->seed[i] = s->seed;
@@ -134,7 +136,7 @@ static void bounce_rays(struct bundle *b, const struct vertices *v) {
 static void trace(struct bundle *b, bool coherent) {
     embree_intersect16(b->in->world->embree, b->alive, &b->rays, coherent);
     EACH_LANE(i)
-        b->rays_traced[i] -= b->alive[i];
+    b->rays_traced[i] -= b->alive[i];
 }
 
 /* Rays that can only find lights: what they hit stays in b->rays, and the lanes where something
@@ -301,8 +303,8 @@ static void find_emission(struct bundle *b, int i, const struct vertices *from, 
         lane_surface(b, i, &surface);
         e = lights_emitted(world, &surface, direction);
         if (!is_black(e))
-            light = lights_pdf_hit(world, lane_get(&from->position, i),
-                                   lane_get(&from->normal, i), direction, &surface);
+            light = lights_pdf_hit(world, lane_get(&from->position, i), lane_get(&from->normal, i),
+                                   direction, &surface);
     } else {
         return;
     }
@@ -374,8 +376,8 @@ static void aim(const struct vertices *v, const struct light_lanes *lights, cons
         struct vec3 p = lane_get(&v->position, i), g = lane_get(&v->geometric_normal, i);
         struct vec3 d = lane_get(&lights->direction, i), q = lane_get(&lights->position, i);
         bool distant = lights->distant[i];
-        struct vec3 to = vec(distant ? d.x : q.x - p.x, distant ? d.y : q.y - p.y,
-                             distant ? d.z : q.z - p.z);
+        struct vec3 to =
+            vec(distant ? d.x : q.x - p.x, distant ? d.y : q.y - p.y, distant ? d.z : q.z - p.z);
         struct vec3 origin = offset_origin(p, g, to);
         to = vec(distant ? d.x : q.x - origin.x, distant ? d.y : q.y - origin.y,
                  distant ? d.z : q.z - origin.z);
@@ -455,14 +457,13 @@ static void add_direct(struct bundle *b, const struct vertices *v, int depth) {
         bool visible = s.wanted[i] != 0 && !(s.rays.tfar[i] < 0);
         struct vec3 e = scale(lane_get(&s.lights.radiance, i), weight);
         e = vec(visible ? e.x : 0, visible ? e.y : 0, visible ? e.z : 0);
-        struct vec3 light =
-            mul(mul(lane_get(&b->throughput, i), lane_get(&v->reflectance, i)), e);
+        struct vec3 light = mul(mul(lane_get(&b->throughput, i), lane_get(&v->reflectance, i)), e);
         lane_set(&b->irradiance, i, depth == 0 ? e : lane_get(&b->irradiance, i));
         lane_add(sum, i, light);
         lane_add(&b->beyond, i, scale(light, depth > 1));
         b->rays_traced[i] -= s.wanted[i];
     }
-    if (b->look && depth == 1)
+    if (b->noted && depth == 1)
         note_lights(b, &s);
 }
 
@@ -513,7 +514,7 @@ static void draw_bounces(struct bundle *b, const struct vertices *v) {
     float choice[2][LANES], u[2][LANES];
     if (!has_guides(&b->in->guides)) {
         EACH_LANE(i)
-            b->dimension[i]++;
+        b->dimension[i]++;
         lanes_2d(b->seed, b->index, b->dimension, u);
         diffuse_bounces(v, u, b);
         return;
@@ -523,7 +524,7 @@ static void draw_bounces(struct bundle *b, const struct vertices *v) {
     struct vec3_lanes before = b->throughput;
     int alive[LANES];
     EACH_LANE(i)
-        alive[i] = b->alive[i];
+    alive[i] = b->alive[i];
     diffuse_bounces(v, u, b);
     guided_bounces(v, choice[0], u, &before, alive, b);
 }
@@ -535,19 +536,25 @@ static void draw_look_bounces(struct bundle *b, const struct vertices *v) {
             continue;
         struct vec3 normal = lane_get(&v->normal, i);
         struct basis basis = basis_around(normal);
-        struct vec3 d =
-            normalize(to_world(&basis, uniform_hemisphere(b->starts[i].direction)));
+        struct vec3 d = normalize(to_world(&basis, uniform_hemisphere(b->starts[i].direction)));
         struct vec3 weight =
             scale(lane_get(&v->reflectance, i), max_float(0, dot(normal, d)) / (PI_F * LOOK_PDF));
         lane_set(&b->direction, i, d);
         lane_set(&b->throughput, i, weight);
         b->pdf[i] = LOOK_PDF;
-        *b->starts[i].record = (struct look_record){.position = lane_get(&v->position, i),
-                                                    .normal = normal,
-                                                    .depth = b->samples[i].depth,
-                                                    .direction = d,
-                                                    .bin = (uint16_t)sphere_bin(d)};
     }
+}
+
+/* The bounces from the first vertices begin their records. */
+static void begin_records(const struct bundle *b, const struct vertices *v) {
+    for (int i = 0; i < b->count; i++)
+        if (b->alive[i])
+            *b->starts[i].record =
+                (struct look_record){.position = lane_get(&v->position, i),
+                                     .normal = lane_get(&v->normal, i),
+                                     .depth = b->samples[i].depth,
+                                     .direction = lane_get(&b->direction, i),
+                                     .bin = (uint16_t)sphere_bin(lane_get(&b->direction, i))};
 }
 
 /* What the second vertex of a look's path does next. */
@@ -566,8 +573,7 @@ static void play_roulette(struct bundle *b) {
     float u[2][LANES];
     lanes_2d(b->seed, b->index, b->dimension, u);
     EACH_LANE(i) {
-        float most =
-            max_component(mul(lane_get(&b->first, i), lane_get(&b->throughput, i)));
+        float most = max_component(mul(lane_get(&b->first, i), lane_get(&b->throughput, i)));
         float survival = most < 0.95f ? most : 0.95f;
         b->alive[i] = u[0][i] < survival ? b->alive[i] : 0;
         float gain = survival > 0 ? 1 / survival : 0;
@@ -613,7 +619,7 @@ static void first_hits(struct bundle *b, struct vertices *v, bool alone[LANES]) 
 /* Vertices that reflect nothing end their paths. */
 static void end_at_black(struct bundle *b, const struct vertices *v) {
     EACH_LANE(i)
-        b->alive[i] = max_component(lane_get(&v->reflectance, i)) > 0 ? b->alive[i] : 0;
+    b->alive[i] = max_component(lane_get(&v->reflectance, i)) > 0 ? b->alive[i] : 0;
 }
 
 /* A path that meets more than a diffuse triangle goes on alone from the end of the bounce of vertex
@@ -621,12 +627,11 @@ static void end_at_black(struct bundle *b, const struct vertices *v) {
 static void go_alone(struct bundle *b, const struct vertices *from, int i, int depth) {
     struct sampler sampler = lane_sampler(b, i);
     const struct vec3 throughput = lane_get(&b->throughput, i);
-    const struct path_state state = {
-        depth + 1, mul(lane_get(&b->first, i), throughput), 1, NULL};
+    const struct path_state state = {depth + 1, mul(lane_get(&b->first, i), throughput), 1, NULL};
     const struct path_ray ray = {lane_get(&from->position, i), lane_get(&from->geometric_normal, i),
                                  lane_get(&from->normal, i), ray_direction(b, i), b->pdf[i]};
-    struct incident incident = trace_incident(b->in, &sampler, state, ray,
-                                              depth == 0 ? b->starts[i].second : NULL);
+    struct incident incident =
+        trace_incident(b->in, &sampler, state, ray, depth == 0 ? b->starts[i].second : NULL);
     if (depth == 0 && b->starts[i].record) {
         b->starts[i].record->distance = incident.distance;
         b->starts[i].record->second_normal = incident.normal;
@@ -676,7 +681,7 @@ static void note_ends(struct bundle *b, const struct vertices *v) {
 static void bounce(struct bundle *b, const struct vertices *v, int depth) {
     if (depth > 0) {
         draw_bounces(b, v);
-        if (b->look && depth == 1)
+        if (b->noted && depth == 1)
             note_bounces(b, v);
         if (depth + 1 >= b->in->rr_depth)
             play_roulette(b);
@@ -686,6 +691,8 @@ static void bounce(struct bundle *b, const struct vertices *v, int depth) {
         draw_look_bounces(b, v);
     else
         draw_bounces(b, v);
+    if (b->noted)
+        begin_records(b, v);
     b->first = b->throughput;
     EACH_LANE(i) {
         b->first_pdf[i] = b->pdf[i];
@@ -704,11 +711,11 @@ static void follow(struct bundle *b) {
         add_direct(b, v, depth);
         if (depth == 0)
             EACH_LANE(i)
-                b->seed[i] = hash_combine(b->seed[i], b->look ? (uint32_t)BRANCH_LOOK
-                                                              : BRANCH_PATHS + b->in->part);
+        b->seed[i] =
+            hash_combine(b->seed[i], b->look ? (uint32_t)BRANCH_LOOK : BRANCH_PATHS + b->in->part);
         bounce(b, v, depth);
         bounce_rays(b, v);
-        if (!may_scatter(b->in, depth + 1) && !(b->look && depth == 0)) {
+        if (!may_scatter(b->in, depth + 1) && !(b->noted && depth == 0)) {
             trace_lights(b);
             for (int i = 0; i < LANES; i++)
                 if (b->alive[i])
@@ -717,7 +724,7 @@ static void follow(struct bundle *b) {
         }
         trace(b, false);
         next_hits(b, v, next, depth);
-        if (b->look && depth == 0)
+        if (b->noted && depth == 0)
             note_ends(b, next);
     }
 }
@@ -748,35 +755,48 @@ static void finish_sample(const struct bundle *b, int i) {
     out->rays = b->rays_traced[i];
 }
 
-static void trace_paths(const struct integrator *in, int count, const struct bundle_start *starts,
-                        struct path_sample *samples) {
-    struct bundle b;
-    bool alone[LANES];
-    start(&b, in, count, starts, samples);
-    trace_camera(&b, alone);
-    follow(&b);
-    for (int i = 0; i < count; i++)
-        if (alone[i]) {
-            struct sampler sampler = starts[i].sampler;
-            samples[i] = trace_path(in, starts[i].x, starts[i].y, &sampler, NULL);
-        } else {
-            finish_sample(&b, i);
-        }
+static void clear_notes(const struct bundle *b) {
+    for (int i = 0; i < b->count && b->noted; i++) {
+        *b->starts[i].record = (struct look_record){.depth = 0};
+        if (b->starts[i].second)
+            *b->starts[i].second = (struct look_second){.albedo = 0};
+    }
 }
 
-/* What a look's path has learnt beside its sample: only where it had a bounce. */
+/* What a path has learnt beside its sample: only where it had a bounce. */
 static void finish_record(const struct bundle *b, int i) {
     struct look_record *record = b->starts[i].record;
     struct look_second *second = b->starts[i].second;
-    if (!(record->depth > 0))
+    if (!record || !(record->depth > 0))
         return;
     struct vec3 emission = lane_get(&b->emission, i), reflected = lane_get(&b->reflected, i);
     record->radiance = add(emission, reflected);
     record->emitted = mean_component(emission) * power_heuristic(LOOK_PDF, b->light_pdf[i]);
     record->reflected = mean_component(reflected);
-    record->direct = lane_get(&b->irradiance, i);
+    if (b->look)
+        record->direct = lane_get(&b->irradiance, i);
     if (second && b->bounce_weight[i] > 0)
         second->bounce_value += mean_component(lane_get(&b->beyond, i)) / b->bounce_weight[i];
+}
+
+static void trace_paths(const struct integrator *in, int count, const struct bundle_start *starts,
+                        struct path_sample *samples) {
+    struct bundle b;
+    bool alone[LANES];
+    start(&b, in, count, starts, samples);
+    clear_notes(&b);
+    trace_camera(&b, alone);
+    follow(&b);
+    for (int i = 0; i < count; i++)
+        if (alone[i]) {
+            struct sampler sampler = starts[i].sampler;
+            const struct path_notes notes = {.record = starts[i].record,
+                                             .second = starts[i].second};
+            samples[i] = trace_path(in, starts[i].x, starts[i].y, &sampler, &notes);
+        } else {
+            finish_sample(&b, i);
+            finish_record(&b, i);
+        }
 }
 
 static void trace_looks(const struct integrator *in, int count, const struct bundle_start *starts,
@@ -785,11 +805,7 @@ static void trace_looks(const struct integrator *in, int count, const struct bun
     bool alone[LANES];
     start(&b, in, count, starts, samples);
     b.look = true;
-    for (int i = 0; i < count; i++) {
-        *starts[i].record = (struct look_record){.depth = 0};
-        if (starts[i].second)
-            *starts[i].second = (struct look_second){.albedo = 0};
-    }
+    clear_notes(&b);
     trace_camera(&b, alone);
     follow(&b);
     for (int i = 0; i < count; i++)

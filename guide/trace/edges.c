@@ -26,7 +26,7 @@ struct edge_job {
 };
 
 /* The features of a tile and of the pixels around it, means over the samples; NaN beyond the
- * picture, which fminf() and fmaxf() pass over: a pixel of the border must not stand in for its
+ * picture, which comparisons pass over: a pixel of the border must not stand in for its
  * own neighbour. */
 struct edge_tile {
     float features[BORDERED][BORDERED][FEATURES];
@@ -73,9 +73,9 @@ static int rays_at(const struct edge_tile *tile, int x, int y, int camera_rays) 
     }
     for (int k = 0; k < 9; k++) {
         const float *f = tile->features[y + k / 3 - 1][x + k % 3 - 1];
-        for (int i = 0; i < FEATURES && k != 4; i++) {
-            low[i] = fminf(low[i], f[i]);
-            high[i] = fmaxf(high[i], f[i]);
+        for (int i = 0; i < FEATURES && k != 4; i++) { /* no NaN is less or more */
+            low[i] = f[i] < low[i] ? f[i] : low[i];
+            high[i] = f[i] > high[i] ? f[i] : high[i];
         }
     }
     bool bright = false, edge = high[DEPTH] - low[DEPTH] > DEPTH_CONTRAST * high[DEPTH];

@@ -3,10 +3,11 @@
 
 #include "guide/trace/film.h"
 
-#include "guide/trace/team.h"
-
 #include <omp.h>
 #include <stdlib.h>
+
+#include "features/pages.h"
+#include "guide/trace/team.h"
 
 void fewray_render_settings_init(struct fewray_render_settings *settings) {
     *settings = (struct fewray_render_settings){
@@ -61,11 +62,10 @@ int fewray_film_create(const struct fewray_world *world,
         film->look_weight = settings->look_weight;
         film->wants_direct = settings->direct;
         film->wants_indirect = settings->indirect;
-        film->threads = film_threads(settings);
         const size_t pixels = (size_t)film->width * (size_t)film->height;
         for (int g = 0; g < GROUP_COUNT; g++)
-            film->group[g] = calloc(pixels, sizeof(*film->group[g]));
-        film->edges = calloc(pixels, sizeof(*film->edges));
+            film->group[g] = pages_create(pixels * sizeof(*film->group[g]));
+        film->edges = pages_create(pixels * sizeof(*film->edges));
     }
     const bool split = settings->direct || settings->indirect;
     if (film && split)
@@ -84,9 +84,10 @@ int fewray_film_create(const struct fewray_world *world,
 void fewray_film_destroy(struct fewray_film **film) {
     if (!*film)
         return;
+    const size_t pixels = (size_t)(*film)->width * (size_t)(*film)->height;
     for (int g = 0; g < GROUP_COUNT; g++)
-        free((*film)->group[g]);
-    free((*film)->edges);
+        pages_destroy((*film)->group[g], pixels * sizeof(*(*film)->group[g]));
+    pages_destroy((*film)->edges, pixels * sizeof(*(*film)->edges));
     free((*film)->indirect);
     free(*film);
     *film = NULL;

@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "features/pages.h"
 #include "guide/trace/team.h"
 #include "guide/trace/tile_paths.h"
 #include "guide/trace/tiles.h"
@@ -67,9 +68,9 @@ int look_create(int width, int height, int samples, bool seconds, struct fewray_
     if (look) {
         size_t n = (size_t)width * (size_t)height * (size_t)samples;
         *look = (struct fewray_look){width, height, samples, NULL, NULL};
-        look->records = calloc(n, sizeof(*look->records));
+        look->records = pages_create(n * sizeof(*look->records));
         if (seconds)
-            look->seconds = calloc(n, sizeof(*look->seconds));
+            look->seconds = pages_create(n * sizeof(*look->seconds));
         if (!look->records || (seconds && !look->seconds))
             fewray_look_destroy(&look);
     }
@@ -114,8 +115,10 @@ int fewray_trace_look(const struct fewray_world *world,
 void fewray_look_destroy(struct fewray_look **look) {
     if (!*look)
         return;
-    free((*look)->records);
-    free((*look)->seconds);
+    const size_t n =
+        (size_t)(*look)->width * (size_t)(*look)->height * (size_t)(*look)->samples;
+    pages_destroy((*look)->records, n * sizeof(*(*look)->records));
+    pages_destroy((*look)->seconds, n * sizeof(*(*look)->seconds));
     free(*look);
     *look = NULL;
 }

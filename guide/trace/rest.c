@@ -35,44 +35,45 @@ struct fewray_rest {
     struct fewray_maps *learning; /* maps that the samples teach; NULL: none */
     struct fewray_look *kept;     /* the last samples before a refinement; NULL: not wanted */
     const struct bundle_tracer *bundles;
-    int look;                     /* samples a pixel of the look */
-    int *done;                    /* (tiles) samples a pixel after it */
-    const int *more;              /* (tiles) of this pass */
+    int look;        /* samples a pixel of the look */
+    int *done;       /* (tiles) samples a pixel after it */
+    const int *more; /* (tiles) of this pass */
 };
 
-/* Where what sample s of a pixel saw is to be written; the pass ends before sample `end`. */
-static struct path_notes notes_for(const struct fewray_rest *rest, int x, int y, int s, int end,
-                                   struct look_record *record) {
-    struct path_notes notes = {.record = record};
+/* Sample s of a pixel; of the last ones before a refinement what they saw is kept. */
+static struct bundle_start start_sample(const struct fewray_rest *rest, int x, int y, uint32_t seed,
+                                        int s, int end) {
+    struct bundle_start start = {
+        x, y, sampler_start(seed, sample_index(rest->settings, rest->look + s)), .second = NULL};
     int kept = s - (end - KEPT_SAMPLES);
-    if (rest->kept && kept >= 0) {
+    if (rest->learning && rest->kept && kept >= 0) {
         size_t i =
             ((size_t)y * (size_t)rest->kept->width + (size_t)x) * KEPT_SAMPLES + (size_t)kept;
-        notes.record = &rest->kept->records[i];
-        notes.second = &rest->kept->seconds[i];
+        start.record = &rest->kept->records[i];
+        start.second = &rest->kept->seconds[i];
     }
-    return notes;
+    return start;
 }
 
-/* Where no sample's path has to be remembered: samples first..end - 1 of each pixel, pixel by pixel
- * in Morton order, so that a bundle's camera rays lie close together. */
-static void bundle_tile(struct fewray_rest *rest, int x0, int y0, int x1, int y1, int first,
-                        int end, struct fewray_render_stats *stats) {
+/* Samples first..end - 1 of each pixel, pixel by pixel in Morton order, so that a bundle's camera
+ * rays lie close together. */
+static void trace_tile(struct fewray_rest *rest, int x0, int y0, int x1, int y1, int first, int end,
+                       struct fewray_render_stats *stats) {
     struct fewray_render_stats counts = {0};
     struct tile_paths paths = {.integrator = &rest->integrator,
                                .film = rest->film,
                                .stats = &counts,
                                .trace = rest->bundles->paths,
-                               .group = GROUP_REST};
+                               .group = GROUP_REST,
+                               .learning = rest->learning};
     for (uint32_t k = 0; k < TILE_SIZE * TILE_SIZE; k++) {
         int x = x0 + (int)tile_morton_x(k), y = y0 + (int)tile_morton_x(k >> 1);
         if (x >= x1 || y >= y1 || is_cancelled(rest->settings))
             continue;
         uint32_t seed = pixel_seed(rest->settings, x, y);
         for (int s = first; s < end; s++) {
-            const uint32_t index = sample_index(rest->settings, rest->look + s);
-            tile_paths_add(&paths, &(struct bundle_start){x, y, sampler_start(seed, index),
-                                                          .second = NULL});
+            const struct bundle_start start = start_sample(rest, x, y, seed, s, end);
+            tile_paths_add(&paths, &start);
         }
     }
     tile_paths_end(&paths);
@@ -81,41 +82,12 @@ static void bundle_tile(struct fewray_rest *rest, int x0, int y0, int x1, int y1
     stats_add(stats, &counts);
 }
 
-/* Where the maps learn from each sample. */
-static void learning_tile(struct fewray_rest *rest, int x0, int y0, int x1, int y1, int first,
-                          int end, struct fewray_render_stats *stats) {
-    struct look_record record;
-    for (int y = y0; y < y1; y++)
-        for (int x = x0; x < x1 && first < end && !is_cancelled(rest->settings); x++) {
-            uint32_t seed = pixel_seed(rest->settings, x, y);
-            struct pixel_sums sums = {0};
-            bool guided = false;
-            for (int s = first; s < end; s++) {
-                struct sampler sampler =
-                    sampler_start(seed, sample_index(rest->settings, rest->look + s));
-                struct path_notes notes = notes_for(rest, x, y, s, end, &record);
-                struct path_sample p = trace_path(&rest->integrator, x, y, &sampler, &notes);
-                pixel_sums_add(&sums, &p);
-                stats->rays += p.rays;
-                guided |= p.guided;
-                maps_learn(rest->learning, x, y, notes.record);
-            }
-            stats->paths += end - first;
-            stats->dropped += sums.dropped;
-            stats->pixels_guided += guided && first == 0;
-            film_add(rest->film, x, y, GROUP_REST, &sums);
-        }
-}
-
 static void rest_tile(void *user, int x0, int y0, int x1, int y1,
                       struct fewray_render_stats *stats) {
     struct fewray_rest *rest = user;
     const int tile = tile_index(rest->film, x0, y0);
     const int first = rest->done[tile], end = first + rest->more[tile];
-    if (rest->learning)
-        learning_tile(rest, x0, y0, x1, y1, first, end, stats);
-    else
-        bundle_tile(rest, x0, y0, x1, y1, first, end, stats);
+    trace_tile(rest, x0, y0, x1, y1, first, end, stats);
     rest->done[tile] = end;
 }
 
@@ -127,11 +99,11 @@ static int next_refinement(int done) {
     return spp;
 }
 
-/* Samples a pixel, the look included, at which a pass ends: 1, 4, 16, 64, 128, 192, ... Who waits
+/* Samples a pixel, the look included, at which a pass ends: 4, 16, 64, 128, 192, ... Who waits
  * sees the whole picture early, and tiles stay short. The same for every run: where passes end
  * decides how the film's sums are rounded. */
 static int next_pass(int done) {
-    int spp = 1;
+    int spp = 4;
     while (spp <= done && spp < PASS_SAMPLES)
         spp *= 4;
     return spp > done ? spp : (done / PASS_SAMPLES + 1) * PASS_SAMPLES;
@@ -244,8 +216,8 @@ int fewray_trace_rest(const struct fewray_world *world, struct fewray_maps *maps
     int status = fewray_rest_create(world, maps, settings, film, &rest, error);
     int *more = malloc((size_t)film_tile_count(film) * sizeof *more);
     if (!status && !more)
-        status = fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0,
-                             "no memory for the samples' counts");
+        status =
+            fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the samples' counts");
     status = fewray_team_agree(settings->team, status, error);
     if (!status)
         status = trace_evenly(rest, more, stats, error);

@@ -25,13 +25,18 @@ static void trace_bundle(struct tile_paths *p) {
         pixel_sums_add(&p->sums, &samples[i]);
         p->guided |= samples[i].guided;
         p->stats->rays += samples[i].rays;
+        if (p->learning)
+            maps_learn(p->learning, p->x, p->y, p->starts[i].record);
     }
     p->stats->paths += p->count;
     p->count = 0;
 }
 
 void tile_paths_add(struct tile_paths *p, const struct bundle_start *start) {
-    p->starts[p->count++] = *start;
+    p->starts[p->count] = *start;
+    if (p->learning && !start->record)
+        p->starts[p->count].record = &p->records[p->count];
+    p->count++;
     if (p->count == BUNDLE_LANES)
         trace_bundle(p);
 }

@@ -16,7 +16,9 @@ struct tile_paths {
     int group;                                  /* of the film */
     int count;                                  /* paths that wait for a whole bundle */
     struct bundle_start starts[BUNDLE_LANES];
-    bool guided; /* the pixel's sums have a guided sample */
+    struct fewray_maps *learning;             /* maps that the paths teach; NULL: none */
+    struct look_record records[BUNDLE_LANES]; /* for paths that teach but bring no record */
+    bool guided;                              /* the pixel's sums have a guided sample */
     struct pixel_sums sums;
     int x, y; /* the pixel that they are of */
 };
