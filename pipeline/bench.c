@@ -259,11 +259,12 @@ static int time_plain(struct work *work, int threads, double *least, struct fewr
     return status;
 }
 
-static int time_mitsuba(struct work *work, double *least, struct fewray_error *error) {
+static int time_mitsuba(struct work *work, bool features, double *least,
+                        struct fewray_error *error) {
     struct fewray_error why;
     double seconds;
     begin_job(work, THROUGHPUT_SPP);
-    const int status = peers_render(work->peers, THROUGHPUT_SPP, 1, false, NULL, &seconds, &why);
+    const int status = peers_render(work->peers, THROUGHPUT_SPP, 1, features, NULL, &seconds, &why);
     if (status)
         return drop_peers(work, status, &why, error);
     *least = fmin(*least, seconds);
@@ -279,7 +280,9 @@ static int measure_throughput(struct work *work, struct fewray_error *error) {
         if (!status)
             status = time_plain(work, throughput->threads, &throughput->all_threads_s, error);
         if (!status && work->peers)
-            status = time_mitsuba(work, &throughput->mitsuba_s, error);
+            status = time_mitsuba(work, false, &throughput->mitsuba_s, error);
+        if (!status && work->peers)
+            status = time_mitsuba(work, true, &throughput->mitsuba_features_s, error);
     }
     return status;
 }
@@ -331,7 +334,8 @@ int bench_run(const struct bench_settings *settings, struct bench *bench,
     bench->threads = stats_threads(settings->render.threads);
     if (getloadavg(&bench->load_1min, 1) != 1)
         bench->load_1min = NAN;
-    bench->throughput = (struct bench_throughput){THROUGHPUT_SPP, bench->threads, NAN, NAN, NAN};
+    bench->throughput =
+        (struct bench_throughput){THROUGHPUT_SPP, bench->threads, NAN, NAN, NAN, NAN};
     int status = read_picture(settings->reference_path, NAMING_AUTO, &reference, error);
     if (status)
         return status;

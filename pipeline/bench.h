@@ -74,12 +74,14 @@ struct bench_point {
     struct bench_spread errors[BENCH_METRICS];
 };
 
-/* Paths a second of plain path tracing without feature layers at one size of team. */
+/* Paths a second of plain path tracing. Ours always makes albedo, normal, depth and variance, too;
+ * without the extra camera rays at edges. */
 struct bench_throughput {
     int spp;
     int threads;                        /* all that the run uses */
     double one_thread_s, all_threads_s; /* least seconds of rendering */
-    double mitsuba_s;                   /* on all threads; NaN without peers */
+    double mitsuba_s;                   /* its picture alone, on all threads; NaN without peers */
+    double mitsuba_features_s;          /* with albedo and normal */
 };
 
 struct bench {

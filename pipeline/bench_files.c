@@ -146,12 +146,14 @@ static json_t *same_time_json(const struct bench *bench) {
 static json_t *throughput_json(const struct bench *bench) {
     const struct bench_throughput *t = &bench->throughput;
     const double paths = (double)bench->width * bench->height * t->spp;
-    return json_pack("{s:i, s:i, s:o, s:o, s:o, s:o, s:o, s:o}", "spp", t->spp, "threads",
+    return json_pack("{s:i, s:i, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "spp", t->spp, "threads",
                      t->threads, "one_thread_s", number(t->one_thread_s), "all_threads_s",
                      number(t->all_threads_s), "paths_per_s", number(paths / t->all_threads_s),
                      "speedup_by_threads", number(t->one_thread_s / t->all_threads_s),
                      "mitsuba_paths_per_s", number(paths / t->mitsuba_s), "over_mitsuba",
-                     number(t->mitsuba_s / t->all_threads_s));
+                     number(t->mitsuba_s / t->all_threads_s), "mitsuba_with_features_paths_per_s",
+                     number(paths / t->mitsuba_features_s), "over_mitsuba_with_features",
+                     number(t->mitsuba_features_s / t->all_threads_s));
 }
 
 static json_t *peers_json(const struct bench *bench) {
