@@ -2,44 +2,10 @@
 /* The whole way of a picture: load, look, guide, render, denoise, write. */
 
 #include <math.h>
-#include <string.h>
 
 #include "pipeline/clock.h"
-#include "pipeline/outputs.h"
-#include "pipeline/part.h"
-#include "pipeline/pipeline.h"
-#include "pipeline/planner.h"
-#include "pipeline/preview.h"
-#include "pipeline/run_progress.h"
-#include "pipeline/shot.h"
+#include "pipeline/run.h"
 #include "pipeline/stats.h"
-
-/* What the steps hand to each other. */
-struct run {
-    const struct fewray_job *job;
-    struct fewray_outputs outputs; /* the job's in the first process of a team, else none */
-    struct shot *shot; /* NULL: a picture of its own */
-    struct fewray_render_settings
-        settings; /* the job's, with the number of threads and the first look settled */
-    struct fewray_run_stats stats;
-    bool guided;       /* what the pilot left of the job's wish */
-    double start, lap; /* seconds of the monotonic clock */
-    struct fewray_scene *scene;
-    struct fewray_world *world;
-    struct fewray_film *film;
-    struct fewray_look *look;
-    struct fewray_maps *maps;
-    struct fewray_frame *frame;
-    struct part_label label; /* of a part of a picture */
-    struct planner *planner; /* NULL: no goal, settings.spp samples everywhere */
-    enum fewray_denoise_model model;
-    bool edges_traced; /* of a render to a goal */
-    struct run_progress progress;
-    struct preview preview;
-};
-
-/* A step's status that ends the run without fault. */
-enum { PART_IS_THERE = 1 };
 
 void fewray_job_init(struct fewray_job *job) {
     *job = (struct fewray_job){.guided = true, .denoised = true, .pilot = true};
@@ -53,67 +19,6 @@ void fewray_job_init(struct fewray_job *job) {
 /* Whether the render has a first look and maps made of it. */
 static bool has_maps(const struct run *run) {
     return run->guided && !run->job->ppg;
-}
-
-/* Whether this process makes the picture of what its team has traced. */
-static bool is_first(const struct run *run) {
-    return !run->settings.team || run->settings.team->rank == 0;
-}
-
-/* A step is done where it is done in all processes of the team. */
-static int agree(const struct run *run, int status, struct fewray_error *error) {
-    return fewray_team_agree(run->settings.team, status, error);
-}
-
-/* Samples are counted by 32-bit numbers, the look's directions by 256 for each. */
-static int check_part(const struct fewray_job *job, const struct fewray_render_settings *settings,
-                      struct fewray_error *error) {
-    if (!job->parts)
-        return FEWRAY_OK;
-    if (job->part < 1 || job->part > job->parts)
-        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0, "there is no part %d of %d",
-                           job->part, job->parts);
-    if (job->guided && job->ppg)
-        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, job->scene_path, 0,
-                           "practical path guiding can't render in parts; take another guide");
-    if ((long long)job->parts * settings->spp > INT32_MAX ||
-        (long long)job->parts * settings->initial > INT32_MAX / 256)
-        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
-                           "%d parts of %d samples a pixel are more than can be counted; make "
-                           "fewer parts",
-                           job->parts, settings->spp);
-    return FEWRAY_OK;
-}
-
-/* What can be told to be impossible before anything is loaded. */
-static int check(const struct run *run, struct fewray_error *error) {
-    if (run->settings.team && run->settings.team->size > 1 && run->job->guided && run->job->ppg)
-        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, run->job->scene_path, 0,
-                           "practical path guiding learns within one process; start it without "
-                           "mpirun, or take another guide");
-    if (run->settings.team && run->settings.team->size > 1 && run->job->outputs.preview)
-        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, run->job->outputs.preview, 0,
-                           "a preview shows what one process traces; start it without mpirun");
-    if (planner_has_goal(&run->job->goal) &&
-        (run->job->parts || run->shot || (run->settings.team && run->settings.team->size > 1)))
-        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, run->job->scene_path, 0,
-                           "samples are planned for a whole picture in one process; give "
-                           "parts, frames and mpirun a number of samples");
-    const int status = check_part(run->job, &run->settings, error);
-    return status ? status : outputs_check(&run->outputs, error);
-}
-
-/* Of a part: what it is, and whether it is there already. */
-static int label_part(struct run *run) {
-    int width, height;
-    if (!run->job->parts)
-        return FEWRAY_OK;
-    fewray_film_size(run->film, &width, &height);
-    part_label_of_job(run->job, &run->settings, fewray_scene_fingerprint(run->scene), width, height,
-                      &run->label);
-    run->stats.kept =
-        run->job->skip_existing && run->outputs.exr && part_is_there(&run->label, run->outputs.exr);
-    return run->stats.kept ? PART_IS_THERE : FEWRAY_OK;
 }
 
 /* --- who waits: progress of the whole run, and previews */
@@ -155,7 +60,7 @@ static void show_preview(void *user, bool whole_pass) {
 
 static void start_run(struct run *run, const struct fewray_job *job) {
     *run = (struct run){.job = job, .settings = job->settings, .model = job->denoise.model};
-    if (is_first(run))
+    if (run_is_first(run))
         run->outputs = job->outputs;
     struct fewray_render_settings *settings = &run->settings;
     settings->threads = stats_threads(settings->threads);
@@ -286,8 +191,7 @@ static int add_empty_irradiance(struct fewray_frame *frame, struct fewray_error 
     return fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the picture's layers");
 }
 
-/* The film's sums become the picture and its feature layers. */
-static int develop(struct run *run, struct fewray_error *error) {
+int run_develop(struct run *run, struct fewray_error *error) {
     int status = fewray_film_frame(run->film, run->maps, &run->frame, error);
     if (!status && run->stats.guide_skipped)
         status = add_empty_irradiance(run->frame, error);
@@ -308,16 +212,14 @@ static void denoise_progress(void *user, double fraction) {
     settings->progress(settings->progress_user, "denoise", fraction);
 }
 
-/* R, G, B, and their parts where they were kept apart, become the filtered picture; what they were
- * is kept as noisy.R, noisy.G, noisy.B ... Not again, where the planner saw this picture. */
-static int denoise(struct run *run, struct fewray_error *error) {
+int run_denoise(struct run *run, struct fewray_error *error) {
     const char *parts[2];
     int part_count = 0;
     if (run->settings.direct)
         parts[part_count++] = "direct";
     if (run->settings.indirect)
         parts[part_count++] = "indirect";
-    if (!run->job->denoised || run->job->parts || !is_first(run) ||
+    if (!run->job->denoised || run->job->parts || !run_is_first(run) ||
         fewray_frame_plane(run->frame, "noisy.R"))
         return FEWRAY_OK;
     if (!run->planner) /* it looks at pictures while it renders */
@@ -343,66 +245,20 @@ static int denoise(struct run *run, struct fewray_error *error) {
     return status;
 }
 
-/* Camera rays for the edges, before the first picture. */
-static int edges_to_goal(struct run *run, struct fewray_error *error) {
-    struct fewray_render_settings now = run->settings;
-    now.progress = NULL;
-    now.spp = planner_least_samples(run->planner);
-    const int status = fewray_trace_edges(run->world, &now, run->film, &run->stats.counts, error);
-    run->edges_traced = true;
-    planner_edges_traced(run->planner);
-    return status;
-}
-
-/* The samples so far as a finished picture, for the planner. */
-static int show_planner(struct run *run, struct fewray_error *error) {
-    int status = run->edges_traced ? FEWRAY_OK : edges_to_goal(run, error);
-    if (!status)
-        status = develop(run, error);
-    run->stats.render_s += clock_lap(&run->lap);
-    if (!status)
-        status = denoise(run, error);
-    if (!status)
-        planner_see(run->planner, run->frame);
-    return status;
-}
-
-/* As many samples, and where, as the planner wants. */
-static int render_to_goal(struct run *run, struct fewray_error *error) {
-    struct fewray_rest *rest = NULL;
-    struct fewray_pass pass;
-    int status = fewray_rest_create(run->world, run->maps, &run->settings, run->film, &rest, error);
-    while (!status && planner_next_pass(run->planner, &pass)) {
-        fewray_frame_destroy(&run->frame);
-        status = fewray_rest_pass(rest, &pass, &run->stats.counts, error);
-        if (!status)
-            planner_passed(run->planner);
-        if (!status && planner_wants_picture(run->planner))
-            status = show_planner(run, error);
-    }
-    fewray_rest_destroy(&rest);
-    if (!status && !run->frame)
-        status = show_planner(run, error);
-    planner_finish(run->planner, &run->stats.plan);
-    run->stats.spp = (int)lround(run->stats.plan.spp);
-    run->stats.render_s += clock_lap(&run->lap);
-    return status;
-}
-
 /* The remaining samples. */
 static int render(struct run *run, struct fewray_error *error) {
     struct fewray_render_stats *counts = &run->stats.counts;
     bool ppg = run->guided && run->job->ppg;
     tell(run, "render");
     if (run->planner)
-        return render_to_goal(run, error);
+        return run_to_goal(run, error);
     int status =
         ppg ? fewray_trace_ppg(run->world, &run->settings, run->film, counts, error)
             : fewray_trace_rest(run->world, run->maps, &run->settings, run->film, counts, error);
     if (!status)
         status = fewray_trace_edges(run->world, &run->settings, run->film, counts, error);
-    if (!status && is_first(run))
-        status = develop(run, error);
+    if (!status && run_is_first(run))
+        status = run_develop(run, error);
     if (!status) { /* the denoiser gets their memory */
         fewray_film_destroy(&run->film);
         fewray_maps_destroy(&run->maps);
@@ -412,7 +268,7 @@ static int render(struct run *run, struct fewray_error *error) {
 }
 
 static int write(struct run *run, struct fewray_error *error) {
-    if (!is_first(run))
+    if (!run_is_first(run))
         return FEWRAY_OK;
     tell(run, "write");
     const int status = outputs_write(&run->outputs, run->frame, &run->stats, run->start, error);
@@ -429,11 +285,11 @@ static int write_what_is_done(struct run *run, struct fewray_error *error) {
     int status = run->film || run->frame ? FEWRAY_OK : FEWRAY_ERROR_CANCELLED;
     if (!status && run->film)
         status = fewray_film_share(run->film, run->settings.team, error);
-    if (!status && !run->frame && is_first(run))
-        status = develop(run, error);
+    if (!status && !run->frame && run_is_first(run))
+        status = run_develop(run, error);
     if (!status)
         status = write(run, error);
-    status = agree(run, status, error);
+    status = run_agree(run, status, error);
     if (status && status != FEWRAY_ERROR_CANCELLED)
         return status;
     return fewray_fail(error, FEWRAY_ERROR_CANCELLED, run->job->scene_path, 0, "interrupted; %s",
@@ -480,17 +336,17 @@ int shot_run_frame(const struct fewray_job *job, struct shot *shot, struct fewra
         run.scene = shot->scene;
         run.world = shot->world;
     }
-    int status = agree(&run, check(&run, error), error);
+    int status = run_agree(&run, run_check(&run, error), error);
     if (status)
         return status;
-    if ((status = agree(&run, load(&run, error), error)) ||
-        (status = agree(&run, label_part(&run), error)) ||
-        (status = agree(&run, decide(&run, error), error)) ||
-        (status = agree(&run, look(&run, error), error)) ||
-        (status = agree(&run, guide(&run, error), error)) ||
-        (status = agree(&run, render(&run, error), error)) ||
-        (status = agree(&run, denoise(&run, error), error)) ||
-        (status = agree(&run, write(&run, error), error))) {
+    if ((status = run_agree(&run, load(&run, error), error)) ||
+        (status = run_agree(&run, run_label_part(&run), error)) ||
+        (status = run_agree(&run, decide(&run, error), error)) ||
+        (status = run_agree(&run, look(&run, error), error)) ||
+        (status = run_agree(&run, guide(&run, error), error)) ||
+        (status = run_agree(&run, render(&run, error), error)) ||
+        (status = run_agree(&run, run_denoise(&run, error), error)) ||
+        (status = run_agree(&run, write(&run, error), error))) {
         if (status == FEWRAY_ERROR_CANCELLED)
             status = write_what_is_done(&run, error);
         else if (status == PART_IS_THERE)

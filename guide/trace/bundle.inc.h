@@ -103,10 +103,10 @@ static void note_ends(struct bundle *b, const struct vertices *v) {
 static void bounce(struct bundle *b, const struct vertices *v, int depth) {
     if (depth > 0) {
         draw_bounces(b, v);
-        if (b->noted && depth == 1)
-            note_bounces(b, v);
         if (depth + 1 >= b->in->rr_depth)
             play_roulette(b);
+        if (b->noted && depth == 1) /* of the paths that survived */
+            note_bounces(b, v);
         return;
     }
     if (b->look)

@@ -96,7 +96,8 @@ static void note_bounces(struct bundle *b, const struct vertices *v) {
     for (int i = 0; i < b->count; i++) {
         if (!b->alive[i])
             continue;
-        b->bounce_weight[i] = mean_component(lane_get(&v->reflectance, i)) * b->pdf[i];
+        float cosine = dot(lane_get(&v->normal, i), lane_get(&b->direction, i));
+        b->bounce_weight[i] = mean_component(lane_get(&v->reflectance, i)) * cosine / PI_F;
         if (b->starts[i].second)
             b->starts[i].second->bounce = lane_get(&b->direction, i);
     }

@@ -88,6 +88,10 @@ static void pick_lights(struct bundle *b, const struct vertices *v, struct shado
     light_lanes_sample(b->in->world, b->alive, &v->position, &v->normal, pick[0], u, &out->lights);
     aim(v, &out->lights, b->alive, out);
     light_lanes_shine(b->in->world, out->wanted, &out->lights);
+    EACH_LANE(i) {
+        struct vec3 e = mul(lane_get(&v->reflectance, i), lane_get(&out->lights.radiance, i));
+        out->wanted[i] = max_component(e) > 0 ? out->wanted[i] : 0;
+    }
 }
 
 /* Where guides are: their say in the bounce's density, and Russian roulette of shadow rays. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* lights_sample() for sixteen points: triangles of one colour side by side, the environment in steps
- * that ask for memory ahead of its use, other lights one by one. */
+/* lights_sample() for sixteen points: triangles of one colour side by side, the environment in
+ * steps that ask for memory ahead of its use, other lights one by one. */
 
 #include "guide/light/distribution.h"
 #include "guide/light/light_source.h"
@@ -12,7 +12,8 @@ struct light_lanes {
     float pdf[LANES];
     int distant[LANES], delta[LANES];
     struct environment_place places[LANES]; /* of those that the environment's map drew */
-    bool mapped[LANES], dark[LANES]; /* mapped: by it; dark: the sky's radiance is still to be read */
+    bool mapped[LANES],
+        dark[LANES]; /* mapped: by it; dark: the sky's radiance is still to be read */
 } LANES_ALIGNMENT;
 
 /* Triangles that shine alike all over. */
@@ -151,8 +152,7 @@ static void light_lanes_shine(const struct fewray_world *world, const int wanted
         if (!wanted[i] || !lights->dark[i])
             continue;
         lane_set(&lights->radiance, i,
-                 lights->mapped[i]
-                     ? environment_radiance_at(environment, &lights->places[i])
-                     : lights_sky(world, lane_get(&lights->direction, i)));
+                 lights->mapped[i] ? environment_radiance_at(environment, &lights->places[i])
+                                   : lights_sky(world, lane_get(&lights->direction, i)));
     }
 }

@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a run is told not to do, and which part of a picture it makes. */
+
+#include "pipeline/run.h"
+
+/* Samples are counted by 32-bit numbers, the look's directions by 256 for each. */
+static int check_part(const struct fewray_job *job, const struct fewray_render_settings *settings,
+                      struct fewray_error *error) {
+    if (!job->parts)
+        return FEWRAY_OK;
+    if (job->part < 1 || job->part > job->parts)
+        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0, "there is no part %d of %d",
+                           job->part, job->parts);
+    if (job->guided && job->ppg)
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, job->scene_path, 0,
+                           "practical path guiding can't render in parts; take another guide");
+    if ((long long)job->parts * settings->spp > INT32_MAX ||
+        (long long)job->parts * settings->initial > INT32_MAX / 256)
+        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
+                           "%d parts of %d samples a pixel are more than can be counted; make "
+                           "fewer parts",
+                           job->parts, settings->spp);
+    return FEWRAY_OK;
+}
+
+int run_check(const struct run *run, struct fewray_error *error) {
+    if (run->settings.team && run->settings.team->size > 1 && run->job->guided && run->job->ppg)
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, run->job->scene_path, 0,
+                           "practical path guiding learns within one process; start it without "
+                           "mpirun, or take another guide");
+    if (run->settings.team && run->settings.team->size > 1 && run->job->outputs.preview)
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, run->job->outputs.preview, 0,
+                           "a preview shows what one process traces; start it without mpirun");
+    if (planner_has_goal(&run->job->goal) &&
+        (run->job->parts || run->shot || (run->settings.team && run->settings.team->size > 1)))
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, run->job->scene_path, 0,
+                           "samples are planned for a whole picture in one process; give "
+                           "parts, frames and mpirun a number of samples");
+    const int status = check_part(run->job, &run->settings, error);
+    return status ? status : outputs_check(&run->outputs, error);
+}
+
+int run_label_part(struct run *run) {
+    int width, height;
+    if (!run->job->parts)
+        return FEWRAY_OK;
+    fewray_film_size(run->film, &width, &height);
+    part_label_of_job(run->job, &run->settings, fewray_scene_fingerprint(run->scene), width, height,
+                      &run->label);
+    run->stats.kept =
+        run->job->skip_existing && run->outputs.exr && part_is_there(&run->label, run->outputs.exr);
+    return run->stats.kept ? PART_IS_THERE : FEWRAY_OK;
+}
