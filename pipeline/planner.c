@@ -139,15 +139,17 @@ static void choose_guide(struct planner *planner, const struct fewray_pilot *pil
     const double guide_s = GUIDE_SAMPLES * planner->clock.sample;
     if (planner->job->guided && !*guided)
         tell(planner,
-             "No guide: of the noise (%.2f of the squared radiance, one sample) %.0f %% "
-             "come by the first bounce, which a guide could lower.",
+             "No guide: too little noise to pay for one, %.2f of the squared radiance in one sample, "
+             "of which %.0f %% comes by the first bounce.",
              pilot->variance, 100 * fmin(pilot->bounce_variance / pilot->variance, 1));
     if (*guided && planner->goal->seconds > 0) {
         *guided = plan_guide_fits(&planner->clock, guide_s, gain);
         tell(planner, "%s: %.2f s for maps buy noise divided by %.1f, expected from the pilot.",
              *guided ? "Guided" : "No guide, too little time", guide_s, gain);
     } else if (*guided) {
-        tell(planner, "Guided: the pilot expects noise divided by %.1f at equal time.", gain);
+        *guided = gain > 1 || planner->goal->error <= 0;
+        tell(planner, "%s: the pilot expects noise divided by %.1f at equal time.",
+             *guided ? "Guided" : "No guide", gain);
     }
     planner->look = *guided ? settings->initial : 0;
 }

@@ -201,46 +201,42 @@ static void finish_record(const struct bundle *b, int i) {
         second->bounce_value += mean_component(lane_get(&b->beyond, i)) / b->bounce_weight[i];
 }
 
+/* The path of a lane that left the bundle at its first hit. */
+static struct path_sample trace_alone(const struct bundle *b, int i) {
+    const struct bundle_start *start = &b->starts[i];
+    struct sampler sampler = start->sampler;
+    const struct path_notes notes = {.record = start->record, .second = start->second};
+    return b->look ? trace_look_path(b->in, start->x, start->y, &sampler, start->direction, &notes)
+                   : trace_path(b->in, start->x, start->y, &sampler, &notes);
+}
+
+static void trace_bundle(struct bundle *b) {
+    bool alone[LANES];
+    clear_notes(b);
+    trace_camera(b, alone);
+    follow(b);
+    for (int i = 0; i < b->count; i++)
+        if (alone[i]) {
+            b->samples[i] = trace_alone(b, i);
+        } else {
+            finish_sample(b, i);
+            finish_record(b, i);
+        }
+}
+
 static void trace_paths(const struct integrator *in, int count, const struct bundle_start *starts,
                         struct path_sample *samples) {
     struct bundle b;
-    bool alone[LANES];
     start(&b, in, count, starts, samples);
-    clear_notes(&b);
-    trace_camera(&b, alone);
-    follow(&b);
-    for (int i = 0; i < count; i++)
-        if (alone[i]) {
-            struct sampler sampler = starts[i].sampler;
-            const struct path_notes notes = {.record = starts[i].record,
-                                             .second = starts[i].second};
-            samples[i] = trace_path(in, starts[i].x, starts[i].y, &sampler, &notes);
-        } else {
-            finish_sample(&b, i);
-            finish_record(&b, i);
-        }
+    trace_bundle(&b);
 }
 
 static void trace_looks(const struct integrator *in, int count, const struct bundle_start *starts,
                         struct path_sample *samples) {
     struct bundle b;
-    bool alone[LANES];
     start(&b, in, count, starts, samples);
     b.look = true;
-    clear_notes(&b);
-    trace_camera(&b, alone);
-    follow(&b);
-    for (int i = 0; i < count; i++)
-        if (alone[i]) {
-            struct sampler sampler = starts[i].sampler;
-            const struct path_notes notes = {.record = starts[i].record,
-                                             .second = starts[i].second};
-            samples[i] = trace_look_path(in, starts[i].x, starts[i].y, &sampler,
-                                         starts[i].direction, &notes);
-        } else {
-            finish_sample(&b, i);
-            finish_record(&b, i);
-        }
+    trace_bundle(&b);
 }
 
 static void trace_points(const struct integrator *in, int count, const float *x, const float *y,

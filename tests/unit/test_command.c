@@ -14,14 +14,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cmocka.h>
+#include "tests/unit/scratch_folder.h"
 #include <jansson.h>
 
 #include "features/features.h"
 
 #define SCENE EXAMPLES "/cornell-box.xml"
 
-static char folder[] = "command-XXXXXX";
 
 /* Runs the command in the folder; messages gets what it wrote on stderr. Returns its exit code. */
 static int run(char *messages, size_t size, const char *arguments) {
@@ -393,18 +392,6 @@ static void test_a_bench_leaves_table_json_and_plot(void **state) {
     }
     assert_true(json_is_null(json_object_get(bench, "peers")));
     json_decref(bench);
-}
-
-static int make_folder(void **state) {
-    (void)state;
-    return mkdtemp(folder) ? 0 : -1;
-}
-
-static int remove_folder(void **state) {
-    (void)state;
-    char line[64];
-    snprintf(line, sizeof line, "rm -r %s", folder);
-    return system(line);
 }
 
 int main(void) {

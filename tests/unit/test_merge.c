@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Parts of a picture: what they merge to, and which are refused. */
 
-#include "tests/unit/check.h"
+#include "tests/unit/scratch_folder.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -12,7 +12,6 @@
 
 enum { WIDTH = 24, HEIGHT = 18, PIXELS = WIDTH * HEIGHT };
 
-static char folder[] = "merge-XXXXXX";
 
 /* The path of a file in the folder; valid until the next call but 31. */
 static const char *path_of(const char *name) {
@@ -323,18 +322,6 @@ static void test_an_interrupted_part_leaves_nothing(void **state) {
     job.settings.cancel = &cancel;
     assert_int_equal(fewray_job_run(&job, NULL, NULL, &error), FEWRAY_ERROR_CANCELLED);
     assert_int_not_equal(access(path_of("cut.exr"), F_OK), 0);
-}
-
-static int make_folder(void **state) {
-    (void)state;
-    return mkdtemp(folder) ? 0 : -1;
-}
-
-static int remove_folder(void **state) {
-    (void)state;
-    char line[64];
-    snprintf(line, sizeof line, "rm -r %s", folder);
-    return system(line);
 }
 
 int main(void) {

@@ -2,7 +2,7 @@
 /* The command under mpirun. Where mpirun, or the module that a build without MPI lacks, isn't there
  * these tests are skipped. */
 
-#include "tests/unit/check.h"
+#include "tests/unit/scratch_folder.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -11,8 +11,6 @@
 
 #define SCENE  EXAMPLES "/window-room.xml"
 #define MPIRUN "mpirun -q --oversubscribe -n 3 "
-
-static char folder[] = "mpi-XXXXXX";
 
 /* Runs a shell line in the folder; errors gets what it wrote on stderr. Returns its exit code. */
 static int run(const char *line, char *errors, size_t size) {
@@ -89,22 +87,14 @@ static void test_without_the_module_several_processes_are_refused(void **state) 
     expect_success("! ls none.exr");
 }
 
-static int make_folder(void **state) {
-    (void)state;
+static int prepare(void **state) {
     setenv("OMPI_MCA_plm", "isolated", 1);                /* this machine alone: no ssh is needed */
     setenv("OMPI_MCA_odls_base_sigkill_timeout", "0", 1); /* of what a failure leaves: no second */
     if (geteuid() == 0) {
         setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
         setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
     }
-    return mkdtemp(folder) ? 0 : -1;
-}
-
-static int remove_folder(void **state) {
-    (void)state;
-    char line[64];
-    snprintf(line, sizeof line, "rm -r %s", folder);
-    return system(line);
+    return make_folder(state);
 }
 
 int main(void) {
@@ -113,5 +103,5 @@ int main(void) {
         cmocka_unit_test(test_a_failure_is_told_once_and_leaves_nothing),
         cmocka_unit_test(test_without_the_module_several_processes_are_refused),
     };
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, prepare, remove_folder);
 }
