@@ -74,6 +74,12 @@ static inline struct vec3 from_axes(const float m[9], struct vec3 v) {
 static inline float max_float(float a, float b) {
     return b > a ? b : a;
 }
+static inline float clamp_unit(float x) {
+    return x > 0 ? (x < 1 ? x : 1) : 0;
+}
+static inline struct vec3 clamp_color(struct vec3 c) {
+    return vec(clamp_unit(c.x), clamp_unit(c.y), clamp_unit(c.z));
+}
 static inline float max_component(struct vec3 a) {
     return max_float(max_float(a.x, a.y), a.z);
 }

@@ -7,6 +7,7 @@
 
 #include "pipeline/clock.h"
 #include "pipeline/command.h"
+#include "pipeline/denoiser_options.h"
 #include "pipeline/interrupt.h"
 #include "pipeline/layer_names.h"
 #include "pipeline/options.h"
@@ -19,8 +20,6 @@ enum { THREADS_MAX = 1024 };
 
 static const char *const NAMINGS[] = {"auto",    "fewray", "mitsuba",
                                       "blender", "pbrt",   NULL}; /* as enum layer_naming */
-static const char *const MODELS[] = {"default", "fast", NULL};    /* as enum fewray_denoise_model */
-static const char *const ISAS[] = {"auto", "plain", "avx2", "avx512", NULL};
 
 struct denoise_options {
     struct fewray_outputs outputs;
@@ -48,14 +47,7 @@ static enum parse_result parse(struct denoise_options *options, int argc, char *
          THREADS_MAX, NULL},
         {"float", 0, OPTION_FLAG, &outputs->float32, NULL,
          "32-bit floats in the EXR instead of half", 0, 0, NULL},
-        {"model", 0, OPTION_CHOICE, &options->model, NULL,
-         "network of the denoiser; fast has a third of the arithmetic (default)", 0, 0, MODELS},
-        {"denoise-weights", 0, OPTION_TEXT, &options->denoise.weights_path, "FILE",
-         "another network", 0, 0, NULL},
-        {"max-memory", 0, OPTION_SIZE, &options->denoise.max_memory, "SIZE",
-         "for the denoiser beside the picture, as 64M or 1G (256M)", 0, 0, NULL},
-        {"isa", 0, OPTION_CHOICE, &options->isa, NULL, "highest instruction set to use", 0, 0,
-         ISAS},
+        DENOISER_OPTIONS(&options->denoise, &options->model, &options->isa),
         {"verbose", 'v', OPTION_FLAG, &options->verbose, NULL, "tell what was done", 0, 0, NULL},
         {0},
     };

@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "pipeline/command.h"
+#include "pipeline/denoiser_options.h"
 #include "pipeline/interrupt.h"
 #include "pipeline/options.h"
 #include "pipeline/outputs.h"
@@ -13,8 +14,6 @@
 enum { PARTS_MAX = 65536, THREADS_MAX = 1024 };
 
 static const char *const SWITCH[] = {"off", "on", NULL};
-static const char *const MODELS[] = {"default", "fast", NULL}; /* as enum fewray_denoise_model */
-static const char *const ISAS[] = {"auto", "plain", "avx2", "avx512", NULL};
 
 struct merge_options {
     struct fewray_merge_job job;
@@ -40,14 +39,7 @@ static enum parse_result parse(struct merge_options *options, int argc, char **a
          NULL},
         {"float", 0, OPTION_FLAG, &job->outputs.float32, NULL,
          "32-bit floats in the EXR instead of half", 0, 0, NULL},
-        {"model", 0, OPTION_CHOICE, &options->model, NULL,
-         "network of the denoiser; fast has a third of the arithmetic (default)", 0, 0, MODELS},
-        {"denoise-weights", 0, OPTION_TEXT, &job->denoise.weights_path, "FILE",
-         "another network for the denoiser", 0, 0, NULL},
-        {"max-memory", 0, OPTION_SIZE, &job->denoise.max_memory, "SIZE",
-         "for the denoiser beside the picture, as 64M or 1G (256M)", 0, 0, NULL},
-        {"isa", 0, OPTION_CHOICE, &options->isa, NULL, "highest instruction set of the denoiser", 0,
-         0, ISAS},
+        DENOISER_OPTIONS(&job->denoise, &options->model, &options->isa),
         {"verbose", 'v', OPTION_FLAG, &options->verbose, NULL, "tell what was done", 0, 0, NULL},
         {0},
     };

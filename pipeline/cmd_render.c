@@ -7,6 +7,7 @@
 #include <time.h>
 
 #include "pipeline/command.h"
+#include "pipeline/denoiser_options.h"
 #include "pipeline/frames.h"
 #include "pipeline/interrupt.h"
 #include "pipeline/options.h"
@@ -30,8 +31,6 @@ static const char *const GUIDES[] = {"off", "odis", "paper", "ppg", NULL};
 static const char *const MAP_BINS[] = {"32", "16", "8", NULL};
 static const char *const AOVS[] = {"direct", "indirect", NULL};
 static const char *const SWITCH[] = {"off", "on", NULL};
-static const char *const MODELS[] = {"default", "fast", NULL}; /* as enum fewray_denoise_model */
-static const char *const ISAS[] = {"auto", "plain", "avx2", "avx512", NULL};
 
 /* What the guide's preset says unless it is given. */
 struct guide_options {
@@ -125,14 +124,7 @@ static enum parse_result parse(struct render_options *options, int argc, char **
          "rows and columns of a map over the sphere (32)", 0, 0, MAP_BINS},
         {"guide-weights", 0, OPTION_TEXT, &settings->weights_path, "FILE",
          "another network for the guide", 0, 0, NULL},
-        {"model", 0, OPTION_CHOICE, &options->model, NULL,
-         "network of the denoiser; fast has a third of the arithmetic (default)", 0, 0, MODELS},
-        {"denoise-weights", 0, OPTION_TEXT, &job->denoise.weights_path, "FILE",
-         "another network for the denoiser", 0, 0, NULL},
-        {"max-memory", 0, OPTION_SIZE, &job->denoise.max_memory, "SIZE",
-         "for the denoiser beside the picture, as 64M or 1G (256M)", 0, 0, NULL},
-        {"isa", 0, OPTION_CHOICE, &options->isa, NULL, "highest instruction set of the denoiser", 0,
-         0, ISAS},
+        DENOISER_OPTIONS(&job->denoise, &options->model, &options->isa),
         {"frames", 0, OPTION_TEXT, &options->frames, "A..B[xSTEP]",
          "a sequence, its outputs named as shot.####.exr; or one frame of it", 0, 0, NULL},
         {"fps", 0, OPTION_FLOAT, &options->sequence.fps, "F",
@@ -292,9 +284,12 @@ static void set_guide(const struct guide_options *given, struct fewray_job *job)
 }
 
 int cmd_render(int argc, char **argv) {
-    struct render_options options = {
-        .guide = {GUIDE_ODIS, -1, -1, -1, -1, -1, -1}, .pilot = 1, .denoise = 1, .temporal = 1,
-        .adaptive = -1, .model = -1};
+    struct render_options options = {.guide = {GUIDE_ODIS, -1, -1, -1, -1, -1, -1},
+                                     .pilot = 1,
+                                     .denoise = 1,
+                                     .temporal = 1,
+                                     .adaptive = -1,
+                                     .model = -1};
     fewray_job_init(&options.job);
     fewray_sequence_init(&options.sequence);
     int first_file;

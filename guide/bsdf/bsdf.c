@@ -20,14 +20,6 @@ struct place {
     float terminator_alpha2;
 };
 
-static float clamp_unit(float x) {
-    return x > 0 ? (x < 1 ? x : 1) : 0;
-}
-
-static struct vec3 clamp_color(struct vec3 c) {
-    return vec(clamp_unit(c.x), clamp_unit(c.y), clamp_unit(c.z));
-}
-
 static struct vec3 color_of(const struct place *p, int texture) {
     return clamp_color(
         texture_value(&p->world->scene->textures[texture], p->surface->u, p->surface->v));

@@ -16,8 +16,8 @@ struct bundle_start {
     int x, y; /* pixel */
     struct sampler sampler;
     float direction[2]; /* of a look's path: what warps to its first bounce */
-    /* Where to note what the bounces saw; NULL: not wanted. All of a bundle's have a record or none;
-     * always a look's. */
+    /* Where to note what the bounces saw; NULL: not wanted. All of a bundle's have a record or
+     * none; always a look's. */
     struct look_record *record;
     struct look_second *second;
 };

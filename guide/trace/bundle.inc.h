@@ -41,7 +41,7 @@ static void first_hits(struct bundle *b, struct vertices *v, bool alone[LANES]) 
 /* Vertices that reflect nothing end their paths. */
 static void end_at_black(struct bundle *b, const struct vertices *v) {
     EACH_LANE(i)
-    b->alive[i] = max_component(lane_get(&v->reflectance, i)) > 0 ? b->alive[i] : 0;
+        b->alive[i] = max_component(lane_get(&v->reflectance, i)) > 0 ? b->alive[i] : 0;
 }
 
 /* A path that meets more than a diffuse triangle goes on alone from the end of the bounce of vertex
@@ -133,8 +133,8 @@ static void follow(struct bundle *b) {
         add_direct(b, v, depth);
         if (depth == 0)
             EACH_LANE(i)
-        b->seed[i] =
-            hash_combine(b->seed[i], b->look ? (uint32_t)BRANCH_LOOK : BRANCH_PATHS + b->in->part);
+                b->seed[i] = hash_combine(b->seed[i], b->look ? (uint32_t)BRANCH_LOOK
+                                                              : BRANCH_PATHS + b->in->part);
         bounce(b, v, depth);
         bounce_rays(b, v);
         if (!may_scatter(b->in, depth + 1) && !(b->noted && depth == 0)) {

@@ -6,10 +6,8 @@
 /* Directions of the BSDF: cosine_hemisphere() about the normal. */
 static void diffuse_bounces(const struct vertices *v, float u[2][LANES], struct bundle *b) {
     EACH_LANE(i) {
-        float r = sqrtf(u[0][i]), sine, cosine;
-        sin_cos_turns(u[1][i], &sine, &cosine);
-        struct vec3 local = vec(r * cosine, r * sine, sqrtf(max_float(0, 1 - u[0][i])));
-        local = scale(local, 1 / length(local));
+        const float point[2] = {u[0][i], u[1][i]};
+        struct vec3 local = normalize(cosine_hemisphere(point));
         struct basis basis = basis_around(lane_get(&v->normal, i));
         lane_set(&b->direction, i, to_world(&basis, local));
         b->pdf[i] = local.z / PI_F;
@@ -48,7 +46,7 @@ static void draw_bounces(struct bundle *b, const struct vertices *v) {
     float choice[2][LANES], u[2][LANES];
     if (!has_guides(&b->in->guides)) {
         EACH_LANE(i)
-        b->dimension[i]++;
+            b->dimension[i]++;
         lanes_2d(b->seed, b->index, b->dimension, u);
         diffuse_bounces(v, u, b);
         return;
@@ -58,7 +56,7 @@ static void draw_bounces(struct bundle *b, const struct vertices *v) {
     struct vec3_lanes before = b->throughput;
     int alive[LANES];
     EACH_LANE(i)
-    alive[i] = b->alive[i];
+        alive[i] = b->alive[i];
     diffuse_bounces(v, u, b);
     guided_bounces(v, choice[0], u, &before, alive, b);
 }

@@ -72,12 +72,9 @@ static void find_vertices(const struct bundle *b, struct vertices *out, int behi
         float u = b->rays.hit.u[i], v = b->rays.hit.v[i];
         struct vec3 p0 = lane_get(&c.position[0], i), p1 = lane_get(&c.position[1], i),
                     p2 = lane_get(&c.position[2], i);
-        struct vec3 geometric = cross(sub(p1, p0), sub(p2, p0));
-        float l = length(geometric);
-        geometric = scale(geometric, l > 0 ? 1 / l : 1);
+        struct vec3 geometric = normalize(cross(sub(p1, p0), sub(p2, p0)));
         struct vec3 n = blend(c.normal, i, u, v);
-        l = length(n);
-        float inverse = l > 0 ? 1 / l : 0;
+        float l = length(n), inverse = l > 0 ? 1 / l : 0;
         n = vec(l > 0 ? n.x * inverse : geometric.x, l > 0 ? n.y * inverse : geometric.y,
                 l > 0 ? n.z * inverse : geometric.z);
         float facing = -dot(n, ray_direction(b, i));
@@ -86,10 +83,6 @@ static void find_vertices(const struct bundle *b, struct vertices *out, int behi
         lane_set(&out->geometric_normal, i, geometric);
         lane_set(&out->normal, i, scale(n, facing < 0 ? -1 : 1));
     }
-}
-
-static float clamp_unit(float x) {
-    return x > 0 ? (x < 1 ? x : 1) : 0;
 }
 
 static void find_reflectance(const struct bundle *b, const int behind[LANES],
@@ -107,7 +100,7 @@ static void find_reflectance(const struct bundle *b, const int behind[LANES],
             triangle_uv(mesh, b->rays.hit.primID[i], b->rays.hit.u[i], b->rays.hit.v[i], uv);
             c = texture_value(texture, uv[0], uv[1]);
         }
-        lane_set(reflectance, i, vec(clamp_unit(c.x), clamp_unit(c.y), clamp_unit(c.z)));
+        lane_set(reflectance, i, clamp_color(c));
     }
 }
 
@@ -117,7 +110,7 @@ static inline void lane_add(struct vec3_lanes *sum, int i, struct vec3 a) {
     lane_set(sum, i, add(lane_get(sum, i), a));
 }
 
-/* Light that the bounce from vertex `depth`, at `from`, meets at its end. light_pdf: with which
+/* Light that the bounce from vertex `depth` meets at its end. light_pdf: with which
  * next-event estimation would have drawn that end. */
 static void add_emission(struct bundle *b, int i, int depth, struct vec3 e, float light_pdf) {
     if (depth == 0) {

@@ -43,14 +43,10 @@ struct bundle {
     struct proposal proposals[LANES]; /* with guides only */
 };
 
-static bool may_scatter(const struct integrator *in, int depth) {
-    return in->max_depth < 0 || depth + 1 < in->max_depth;
-}
-
 static bool any_alive(const struct bundle *b) {
     int any = 0;
     EACH_LANE(i)
-    any |= b->alive[i];
+        any |= b->alive[i];
     return any != 0;
 }
 
@@ -134,7 +130,7 @@ static void bounce_rays(struct bundle *b, const struct vertices *v) {
 static void trace(struct bundle *b, bool coherent) {
     embree_intersect16(b->in->world->embree, b->alive, &b->rays, coherent);
     EACH_LANE(i)
-    b->rays_traced[i] -= b->alive[i];
+        b->rays_traced[i] -= b->alive[i];
 }
 
 /* Rays that can only find lights: what they hit stays in b->rays, and the lanes where something

@@ -10,10 +10,6 @@
 /* Of a vertex where the look spreads its bounces evenly and maps guide the others. */
 #define LEAST_BREADTH 0.5f
 
-static bool may_scatter(const struct integrator *in, int depth) {
-    return in->max_depth < 0 || depth + 1 < in->max_depth;
-}
-
 /* Radiance that a ray's end emits back along the ray. */
 static struct vec3 emitted(const struct fewray_world *world, const struct surface *hit,
                            struct vec3 direction) {
@@ -137,8 +133,7 @@ struct incident trace_incident(const struct integrator *in, struct sampler *samp
         struct surface surface, *hit;
         out.rays++;
         /* A record wants to know the first bounce's end, whatever it is. */
-        bool useful =
-            find_hit(in, &ray, first || may_scatter(in, state.depth), &surface, &hit);
+        bool useful = find_hit(in, &ray, first || may_scatter(in, state.depth), &surface, &hit);
         struct vec3 e = useful ? emitted(in->world, hit, ray.direction) : vec(0, 0, 0);
         float light = is_black(e) || !isfinite(ray.pdf)
                           ? 0

@@ -25,6 +25,11 @@ struct integrator {
     uint32_t part; /* of the samples: guides don't change within one */
 };
 
+/* Whether a path goes on from vertex `depth`, 0 being the camera's first hit. */
+static inline bool may_scatter(const struct integrator *in, int depth) {
+    return in->max_depth < 0 || depth + 1 < in->max_depth;
+}
+
 /* One camera path and what its first hit showed. */
 struct path_sample {
     struct vec3 radiance; /* emission included */

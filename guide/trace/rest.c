@@ -186,10 +186,6 @@ int fewray_rest_pass(struct fewray_rest *rest, const struct fewray_pass *pass,
     return status || !rest->learning || !pass->refine ? status : refine(rest, error);
 }
 
-static int min_int(int a, int b) {
-    return a < b ? a : b;
-}
-
 /* Passes of all tiles alike. */
 static int trace_evenly(struct fewray_rest *rest, int *more, struct fewray_render_stats *stats,
                         struct fewray_error *error) {

@@ -17,10 +17,6 @@ void stats_add(struct fewray_render_stats *sum, const struct fewray_render_stats
     sum->pixels_guided += part->pixels_guided;
 }
 
-static int min_int(int a, int b) {
-    return a < b ? a : b;
-}
-
 /* The tiles of one run, handed out in order. */
 struct tile_queue {
     int width, height, columns, tiles;

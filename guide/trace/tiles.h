@@ -8,6 +8,10 @@
 
 #define TILE_SIZE FEWRAY_TILE_SIZE
 
+static inline int min_int(int a, int b) {
+    return a < b ? a : b;
+}
+
 static inline bool is_cancelled(const struct fewray_render_settings *settings) {
     return settings->cancel && *settings->cancel;
 }
@@ -38,9 +42,9 @@ typedef void (*tile_function)(void *user, int x0, int y0, int x1, int y1,
 
 void stats_add(struct fewray_render_stats *sum, const struct fewray_render_stats *part);
 
-/* Calls `work` for each tile, and settings->paused between tiles where that is due; adds the counts to *stats. FEWRAY_ERROR_CANCELLED where
- * settings->cancel stopped it. In a team each process does its own tiles, and all get the counts
- * and the status of all. */
+/* Calls `work` for each tile, and settings->paused between tiles where that is due; adds the counts
+ * to *stats. FEWRAY_ERROR_CANCELLED where settings->cancel stopped it. In a team each process does
+ * its own tiles, and all get the counts and the status of all. */
 int tiles_run(int width, int height, const struct fewray_render_settings *settings,
               const char *phase, tile_function work, void *user, struct fewray_render_stats *stats,
               struct fewray_error *error);
