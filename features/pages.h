@@ -3,8 +3,8 @@
 #define FEWRAY_FEATURES_PAGES_H
 
 /* Large zeroed buffers, in huge pages where the system has them (Linux): faults of small pages and
- * misses of their addresses cost the denoiser a seventh of its time, and a film whose pages are read
- * before they are written a fault twice. Pages that nobody writes to take no memory. */
+ * misses of their addresses cost the denoiser a seventh of its time, and a film whose pages are
+ * read before they are written a fault twice. Pages that nobody writes to take no memory. */
 
 #include <stddef.h>
 

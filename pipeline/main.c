@@ -46,9 +46,9 @@ static int dispatch(int argc, char **argv) {
     for (int i = 0; i < COMMAND_COUNT; i++)
         if (!strcmp(argv[1], COMMANDS[i].name))
             return COMMANDS[i].run(argc - 1, argv + 1);
-    return report_usage(
-        "there is no command '%s'; render, merge, denoise, compare, composite, bench and info are there",
-        argv[1]);
+    return report_usage("there is no command '%s'; render, merge, denoise, compare, composite, "
+                        "bench and info are there",
+                        argv[1]);
 }
 
 int main(int argc, char **argv) {

@@ -139,7 +139,8 @@ static void choose_guide(struct planner *planner, const struct fewray_pilot *pil
     const double guide_s = GUIDE_SAMPLES * planner->clock.sample;
     if (planner->job->guided && !*guided)
         tell(planner,
-             "No guide: too little noise to pay for one, %.2f of the squared radiance in one sample, "
+             "No guide: too little noise to pay for one, %.2f of the squared radiance in one "
+             "sample, "
              "of which %.0f %% comes by the first bounce.",
              pilot->variance, 100 * fmin(pilot->bounce_variance / pilot->variance, 1));
     if (*guided && planner->goal->seconds > 0) {

@@ -34,8 +34,8 @@ static inline void camera_view_ray(const struct camera_view *view, float x, floa
     const float *m = camera->to_world;
     /* +x of the camera points to the left of the picture. */
     float cx = (1 - 2 * (x / view->width + camera->principal_x)) * view->half;
-    float cy =
-        (1 - 2 * (y / view->height + camera->principal_y)) * view->half * view->height / view->width;
+    float cy = (1 - 2 * (y / view->height + camera->principal_y)) * view->half * view->height /
+               view->width;
     *origin = vec(m[3], m[7], m[11]);
     if (view->has_lens) {
         /* Through a point of the lens to where the pinhole's ray meets the plane of focus. */

@@ -103,8 +103,8 @@ int fewray_film_share(struct fewray_film *film, const struct fewray_team *team,
     int width = film->width, height = film->height;
     int status = FEWRAY_OK;
     for (int g = 0; g < GROUP_COUNT && !status; g++)
-        status = team_share_pixels(team, film->group[g], sizeof(*film->group[g]), width, height,
-                                   error);
+        status =
+            team_share_pixels(team, film->group[g], sizeof(*film->group[g]), width, height, error);
     if (!status && film->indirect)
         status = team_share_pixels(team, film->indirect, GROUP_COUNT * sizeof(*film->indirect),
                                    width, height, error);

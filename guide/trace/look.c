@@ -52,7 +52,8 @@ static void look_tile(void *user, int x0, int y0, int x1, int y1,
         for (int s = 0; s < n; s++) {
             size_t i = pixel * (size_t)n + (size_t)s;
             struct bundle_start start = {
-                x, y, sampler_start(pixel_seed(job->settings, x, y), sample_index(job->settings, s)),
+                x, y,
+                sampler_start(pixel_seed(job->settings, x, y), sample_index(job->settings, s)),
                 .record = &job->look->records[i],
                 .second = job->look->seconds ? &job->look->seconds[i] : NULL};
             look_direction(job->seed, x, y, job->settings->part * n + s, start.direction);
@@ -101,7 +102,11 @@ int fewray_trace_look(const struct fewray_world *world,
     status = fewray_team_agree(settings->team, status, error);
     if (!status) {
         struct look_job job = {
-            settings, film_integrator(world, film, settings), film, look, bundle_tracer_get(),
+            settings,
+            film_integrator(world, film, settings),
+            film,
+            look,
+            bundle_tracer_get(),
             hash_combine((uint32_t)settings->seed ^ STREAM_LOOK, (uint32_t)(settings->seed >> 32))};
         status = tiles_run(film->width, film->height, settings, "first look", look_tile, &job,
                            stats, error);
@@ -115,8 +120,7 @@ int fewray_trace_look(const struct fewray_world *world,
 void fewray_look_destroy(struct fewray_look **look) {
     if (!*look)
         return;
-    const size_t n =
-        (size_t)(*look)->width * (size_t)(*look)->height * (size_t)(*look)->samples;
+    const size_t n = (size_t)(*look)->width * (size_t)(*look)->height * (size_t)(*look)->samples;
     pages_destroy((*look)->records, n * sizeof(*(*look)->records));
     pages_destroy((*look)->seconds, n * sizeof(*(*look)->seconds));
     free(*look);

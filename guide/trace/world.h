@@ -14,10 +14,10 @@
 struct fewray_world {
     const struct fewray_scene *scene;
     RTCDevice device;
-    RTCScene embree;  /* geometry id = index of the mesh, or mesh_count + index of the instance */
+    RTCScene embree;   /* geometry id = index of the mesh, or mesh_count + index of the instance */
     RTCScene emitters; /* the meshes that shine, with the same geometry ids: for rays that can only
                           find light */
-    RTCScene *groups; /* (group_count): what instances place; geometry id = index of the mesh */
+    RTCScene *groups;  /* (group_count): what instances place; geometry id = index of the mesh */
     struct lights lights;
     struct environment_table environment;
     struct bsdf_table *bsdf_tables; /* (bsdf_count) */

@@ -2,7 +2,8 @@
 #ifndef FEWRAY_TESTS_SCRATCH_FOLDER_H
 #define FEWRAY_TESTS_SCRATCH_FOLDER_H
 
-/* A folder for a group of tests' files, below the present one: set-up and tear-down for cmocka_run_group_tests(). */
+/* A folder for a group of tests' files, below the present one: set-up and tear-down for
+ * cmocka_run_group_tests(). */
 
 #include <stdio.h>
 

@@ -21,7 +21,6 @@
 
 #define SCENE EXAMPLES "/cornell-box.xml"
 
-
 /* Runs the command in the folder; messages gets what it wrote on stderr. Returns its exit code. */
 static int run(char *messages, size_t size, const char *arguments) {
     char line[2048];
@@ -152,7 +151,7 @@ static void test_help_and_version_exit_0(void **state) {
     (void)state;
     static const char *const asked[] = {"--help",         "--version",      "render --help",
                                         "denoise --help", "compare --help", "composite --help",
-                                        "info --help",    "merge --help",    "bench --help"};
+                                        "info --help",    "merge --help",   "bench --help"};
     for (size_t i = 0; i < sizeof asked / sizeof *asked; i++)
         expect_success(asked[i]);
 }

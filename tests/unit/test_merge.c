@@ -12,7 +12,6 @@
 
 enum { WIDTH = 24, HEIGHT = 18, PIXELS = WIDTH * HEIGHT };
 
-
 /* The path of a file in the folder; valid until the next call but 31. */
 static const char *path_of(const char *name) {
     static char paths[32][64];
