@@ -57,8 +57,10 @@ FEWRAY_API struct fewray_channels fewray_planar(float *const planes[3], int widt
 
 struct fewray_denoise_layer;
 
-/* Everything but color may be missing. Values must be finite and color, variance, albedo, depth and
- * emission not negative: fewray_frame_repair() sees to that. */
+/* Everything but color may be missing. Values should be finite and color, variance, albedo, depth
+ * and emission not negative: fewray_frame_repair() sees to that. What isn't does no harm beyond its
+ * surroundings: NaN and negative values count as 0, radiance above 1e12 as 1e12, its variance above
+ * 1e24 as that, and what comes out is finite. */
 struct fewray_denoise_input {
     int width, height;
     struct fewray_channels color;         /* radiance, linear; no half floats */

@@ -199,7 +199,7 @@ CLONED_INLINE void standard_error_row(const struct fewray_denoise_input *in, int
         gather(&in->variance, c, in->width, y, x0, count, 0.0f, variance);
         shaded_albedo_row(in, c, y, x0, count, albedo);
         for (int i = 0; i < count; i++)
-            out[i] += weight[c] * sqrtf(clean(variance[i])) / divisor(albedo[i]);
+            out[i] += weight[c] * sqrtf(clean_variance(variance[i])) / divisor(albedo[i]);
     }
 }
 

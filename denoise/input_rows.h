@@ -12,10 +12,16 @@
 #include "denoise/features_kpn.h"
 
 #define RADIANCE_MAX 1e12f /* more is damage */
+#define VARIANCE_MAX 1e24f /* of such radiance */
 
 /* NaN and negative values become 0. */
 CLONED_INLINE float clean(float v) {
     return v > 0.0f ? (v < RADIANCE_MAX ? v : RADIANCE_MAX) : 0.0f;
+}
+
+/* Of a variance, radiance^2, likewise. */
+CLONED_INLINE float clean_variance(float v) {
+    return v > 0.0f ? (v < VARIANCE_MAX ? v : VARIANCE_MAX) : 0.0f;
 }
 
 CLONED_INLINE float divisor(float albedo) {

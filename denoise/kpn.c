@@ -8,6 +8,7 @@
 #include "denoise/kpn_bands.h"
 #include "denoise/kpn_layers.h"
 #include "denoise/kpn_network.h"
+#include "features/cancel.h"
 
 /* --- memory */
 
@@ -210,7 +211,7 @@ int kpn_run(const struct kpn *kpn, const struct kpn_job *job, struct fewray_erro
     for (int end = 0; end < height;) {
         end = end + band < height ? end + band : height;
         for (int i = 0; i < KPN_LAYER_COUNT; i++) {
-            if (job->cancel && *job->cancel)
+            if (cancel_wanted(job->cancel))
                 return fewray_fail(error, FEWRAY_ERROR_CANCELLED, NULL, 0, "cancelled");
             int limit = kpn_bands_limit(&bands, i, end);
             if (limit == bands.made[i])

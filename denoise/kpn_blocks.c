@@ -127,12 +127,13 @@ void kpn_output_row(const struct fewray_denoise_input *in, int y, int x0, int co
     }
 }
 
+/* Impossible values may stand in holes of a settled block. */
 static void copy_row(const struct fewray_denoise_input *in, int y, int x0, int count,
                      const struct kpn_output *out) {
     for (int c = 0; c < 3; c++)
         for (int x = x0; x < x0 + count; x++)
             out->channel[c][y * out->row_stride + x * out->pixel_stride] =
-                kpn_value(&in->color, c, y, x);
+                clean(kpn_value(&in->color, c, y, x));
 }
 
 void kpn_blocks_write(const struct fewray_denoise_input *in, const struct kpn_blocks *blocks,

@@ -92,7 +92,7 @@ static int find_widths(struct kpn *kpn, const struct nn_weights *weights,
             if (!strcmp(weights->tensors[i].name, ends[w]))
                 kpn->widths[w] = weights->tensors[i].shape[0];
         if (kpn->widths[w] < 1 || kpn->widths[w] > KPN_MAX_WIDTH)
-            return fewray_fail(error, FEWRAY_ERROR_FORMAT, NULL, 0,
+            return fewray_fail(error, FEWRAY_ERROR_FORMAT, weights->name, 0,
                                "weights of another network: %s has %d channels, not 1 to %d",
                                ends[w], kpn->widths[w], KPN_MAX_WIDTH);
     }
@@ -119,8 +119,14 @@ static int find_scales(struct kpn *kpn, const struct nn_weights *weights,
         if (!scale)
             return FEWRAY_ERROR_FORMAT;
         for (int i = 0; i < 2; i++)
-            for (int c = 0; c < NN_KEY - 1; c++)
+            for (int c = 0; c < NN_KEY - 1; c++) {
                 kpn->scale[s][i][c] = expf(scale->data[i * (NN_KEY - 1) + c]);
+                if (!isfinite(kpn->scale[s][i][c]))
+                    return fewray_fail(error, FEWRAY_ERROR_FORMAT, weights->name, 0,
+                                       "weights file is damaged (%s is beyond any number); export "
+                                       "or download it again",
+                                       names[s]);
+            }
     }
     return FEWRAY_OK;
 }

@@ -140,7 +140,7 @@ static void read_pixel(const struct fewray_denoise_input *in, int y, int x,
         out->light[c] = light / albedo;
         /* Without a variance a pixel is as uncertain as it is bright. */
         out->variance[c] =
-            clean(value_or(&in->variance, c, y, x, light * light)) / (albedo * albedo);
+            clean_variance(value_or(&in->variance, c, y, x, light * light)) / (albedo * albedo);
         out->albedo[c] = value_or(&in->albedo, c, y, x, 0);
         out->normal[c] = value_or(&in->normal, c, y, x, 0);
     }
@@ -284,8 +284,11 @@ int fewray_denoise_history_add(struct fewray_denoise_history *history,
                                const struct fewray_denoise_motion *motion,
                                struct fewray_denoise_input *out, struct fewray_error *error) {
     struct fewray_denoise_history *h = history;
-    if (in->width <= 0 || in->height <= 0 || !in->color.channel[0])
+    const float *const *color = in->color.channel;
+    if (in->width <= 0 || in->height <= 0 || !color[0] || !color[1] || !color[2])
         return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0, "a frame without colour");
+    if (motion && motion->offset.channel[0] && !motion->offset.channel[1])
+        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0, "motion in x without that in y");
     int status = prepare(h, in, error);
     if (status)
         return status;

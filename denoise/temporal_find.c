@@ -47,7 +47,8 @@ struct temporal_taps temporal_find(const struct temporal_pixel *past,
     struct temporal_taps taps = {0};
     const struct temporal_pixel *here = &now[(size_t)y * (size_t)width + (size_t)x];
     const float px = position[0] - 0.5f, py = position[1] - 0.5f;
-    if (!(previous_depth > 0) || !(px > -1 && py > -1 && px < (float)width && py < (float)height))
+    if (!(previous_depth > 0 && previous_depth < INFINITY) ||
+        !(px > -1 && py > -1 && px < (float)width && py < (float)height))
         return taps;
     const float slopes =
         slope(here, 1, x > 0, x + 1 < width) + slope(here, width, y > 0, y + 1 < height);

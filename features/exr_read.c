@@ -275,6 +275,34 @@ static int read_pixels(exr_const_context_t exr, const struct part *part, const c
     return status;
 }
 
+/* Bytes of the part's raw pixels. */
+static double raw_bytes(const struct part *part) {
+    double pixel = 0;
+    for (int c = 0; c < part->channels->num_channels; c++)
+        pixel += part->channels->entries[c].pixel_type == EXR_PIXEL_HALF ? 2 : 4;
+    return pixel * part->width * part->height;
+}
+
+/* Refuses a part that can't be in what is left of the file, and one that would fill the memory,
+ * before anything is allocated for it. *budget: raw bytes that the file can still hold. */
+static int check_size(exr_const_context_t exr, const struct part *part, const char *path,
+                      double *budget, struct fewray_error *error) {
+    int32_t chunks = 0;
+    char what[96];
+    const double raw = raw_bytes(part);
+    /* A chunk takes 8 bytes of the table of offsets, and 8 bytes of its own at least. */
+    if (exr_get_chunk_count(exr, part->index, &chunks) != EXR_ERR_SUCCESS || raw > *budget ||
+        chunks * 16.0 > *budget / FEATURES_MAX_RATIO)
+        return fewray_fail(error, FEWRAY_ERROR_FORMAT, path, 0,
+                           "damaged or cut off: the file can't hold %d x %d pixels of %d channels",
+                           part->width, part->height, part->channels->num_channels);
+    *budget -= raw;
+    snprintf(what, sizeof what, "a picture of %d x %d pixels with %d channels", part->width,
+             part->height, part->channels->num_channels);
+    return fewray_memory_check(
+        path, what, 4.0 * part->width * part->height * part->channels->num_channels, error);
+}
+
 static bool same_window(const struct part *a, const struct part *b) {
     return a->window.min.x == b->window.min.x && a->window.min.y == b->window.min.y &&
            a->width == b->width && a->height == b->height;
@@ -301,7 +329,9 @@ static int read_attributes(exr_const_context_t exr, const char *path, struct few
 /* The first part gives the frame its size; parts of another size and those that can't be read at
  * all, a deep one say, are no layers of the same picture. */
 static int read_parts(exr_const_context_t exr, const char *path, const struct complaint *complaint,
-                      bool pixels, struct fewray_frame **out, struct fewray_error *error) {
+                      uint64_t file_size, bool pixels, struct fewray_frame **out,
+                      struct fewray_error *error) {
+    double budget = (double)file_size * FEATURES_MAX_RATIO;
     int count = 0, samples = 0;
     exr_result_t code = exr_get_count(exr, &count);
     if (code != EXR_ERR_SUCCESS)
@@ -321,7 +351,9 @@ static int read_parts(exr_const_context_t exr, const char *path, const struct co
             part = first;
         if (count > 1 && exr_get_name(exr, i, &part.name) != EXR_ERR_SUCCESS)
             part.name = NULL;
-        status = read_pixels(exr, &part, path, complaint, *out, error);
+        status = check_size(exr, &part, path, &budget, error);
+        if (status == FEWRAY_OK)
+            status = read_pixels(exr, &part, path, complaint, *out, error);
     }
     if (status == FEWRAY_OK &&
         exr_attr_get_int(exr, 0, "samplesPerPixel", &samples) == EXR_ERR_SUCCESS && samples > 0)
@@ -332,7 +364,8 @@ static int read_parts(exr_const_context_t exr, const char *path, const struct co
 static int read_file(const char *path, bool pixels, struct fewray_frame **out,
                      struct fewray_error *error) {
     *out = NULL;
-    int status = file_check_readable(path, error);
+    uint64_t size = 0;
+    int status = file_check_readable(path, &size, error);
     if (status != FEWRAY_OK)
         return status;
     struct complaint complaint = {{0}};
@@ -343,7 +376,7 @@ static int read_file(const char *path, bool pixels, struct fewray_frame **out,
     settings.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     exr_context_t exr = NULL;
     const exr_result_t code = exr_start_read(&exr, path, &settings);
-    status = code == EXR_ERR_SUCCESS ? read_parts(exr, path, &complaint, pixels, out, error)
+    status = code == EXR_ERR_SUCCESS ? read_parts(exr, path, &complaint, size, pixels, out, error)
                                      : fail_exr(error, path, code, &complaint);
     if (exr)
         exr_finish(&exr);

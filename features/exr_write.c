@@ -17,7 +17,6 @@ _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "EXR files are little-
 struct sink {
     int fd;
     int write_errno; /* 0 while all goes well */
-    char said[256];  /* the library's first complaint */
 };
 
 /* What is written. */
@@ -28,24 +27,19 @@ struct picture {
     int lines; /* of a block */
 };
 
-static void hear_complaint(exr_const_context_t exr, exr_result_t code, const char *text) {
-    void *data = NULL;
-    (void)code;
-    if (exr_get_user_data(exr, &data) != EXR_ERR_SUCCESS || !data)
-        return;
-    struct sink *sink = data;
-#pragma omp critical(fewray_exr_complaint)
-    if (!sink->said[0])
-        snprintf(sink->said, sizeof sink->said, "%s", text);
+/* The library would print to stderr. What it says can't be kept: it may hold its lock here, which
+ * the way to our own data would wait for without end. */
+static void ignore_complaint(exr_const_context_t exr, exr_result_t code, const char *text) {
+    (void)exr, (void)code, (void)text;
 }
 
 static int64_t write_bytes(exr_const_context_t exr, void *user_data, const void *bytes,
                            uint64_t size, uint64_t offset, exr_stream_error_func_ptr_t complain) {
     struct sink *sink = user_data;
+    (void)exr, (void)complain;
     if (file_write_all(sink->fd, bytes, (size_t)size, (int64_t)offset))
         return (int64_t)size;
     sink->write_errno = errno;
-    complain(exr, EXR_ERR_WRITE_IO, "%s", strerror(errno));
     return -1;
 }
 
@@ -158,7 +152,7 @@ static exr_result_t sort_planes(exr_const_context_t exr, struct picture *picture
 
 static exr_result_t write_picture(struct picture *picture, const char *path, struct sink *sink) {
     exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    settings.error_handler_fn = hear_complaint;
+    settings.error_handler_fn = ignore_complaint;
     settings.user_data = sink;
     settings.write_fn = write_bytes;
     exr_context_t exr = NULL;
@@ -191,11 +185,10 @@ int fewray_frame_write_exr(const struct fewray_frame *frame, const char *path, b
         if (code == EXR_ERR_SUCCESS && !sink.write_errno) {
             status = fewray_commit_file(temporary, path, error);
         } else {
-            unlink(temporary);
+            fewray_discard_file(temporary);
             status = code == EXR_ERR_OUT_OF_MEMORY ? FEWRAY_ERROR_MEMORY : FEWRAY_ERROR_IO;
             fewray_fail(error, status, path, 0, "can't write the file: %s",
                         sink.write_errno ? strerror(sink.write_errno)
-                        : sink.said[0]   ? sink.said
                                          : exr_get_default_error_message(code));
         }
     }

@@ -46,6 +46,16 @@ FEWRAY_API int fewray_fail(struct fewray_error *error, enum fewray_status status
  */
 FEWRAY_API const char *fewray_error_text(const struct fewray_error *error, char *text, size_t size);
 
+/* --- memory */
+
+/* Bytes that this process may have: the least of the machine's memory, its control group's and its
+ * own limits (ulimit -v, -d). */
+FEWRAY_API uint64_t fewray_memory_limit(void);
+/* Refuses what a file or an option announces, "a film of 65536 x 65536 pixels" say, where its bytes
+ * are more than that, so that nothing is allocated for it. path: for the message, may be NULL. */
+FEWRAY_API int fewray_memory_check(const char *path, const char *what, double bytes,
+                                   struct fewray_error *error);
+
 /* --- frame: the named float planes of one picture */
 
 #define FEWRAY_NAME_MAX 64
@@ -151,18 +161,25 @@ FEWRAY_API int fewray_frame_read_exr(const char *path, struct fewray_frame **out
 FEWRAY_API int fewray_frame_read_exr_header(const char *path, struct fewray_frame **out,
                                             struct fewray_error *error);
 
-/* Writes all planes as one scanline ZIP part: half floats with values clamped to +-65504, or 32-bit
- * floats where float32 is set. The file appears whole or not at all: written beside as a temporary
- * file, then renamed; on failure nothing is left and an older file at path is untouched. */
+/* Writes all planes as one scanline ZIP part: half floats, or 32-bit floats where float32 is set.
+ * As half floats, values are rounded to the nearest even and clamped to +-65504, infinities too, so
+ * that no viewer meets one; those below 2^-25 become 0; NaN stays NaN. The file appears whole or
+ * not at all: written beside as a temporary file, then renamed; on failure nothing is left and an
+ * older file at path is untouched. */
 FEWRAY_API int fewray_frame_write_exr(const struct fewray_frame *frame, const char *path,
                                       bool float32, struct fewray_error *error);
+
+/* What of R, G, B half floats can't show: *clipped gets the number of pixels that have a value
+ * above 65504, *lost that of pixels with light that become black. 0 without colour. */
+FEWRAY_API void fewray_frame_half_losses(const struct fewray_frame *frame, size_t *clipped,
+                                         size_t *lost);
 
 /* Replaces NaN, infinities and (in all layers but normals) negative values of the known layers:
  * colour, noisy, emission by the median of the good pixels around (0 where none), others by 0.
  * Radiance above 1e5 (half floats' own range) is replaced likewise where it stands alone and
- * exceeds 1000 times that median; else it is cut at 1e5. Albedo is cut at 1, normals at +-1,
- * variance and depth at 1e10. Returns the number of pixels with replaced values. The only place
- * where bad pixels of a file are mended. */
+ * exceeds 1000 times that median; else it is cut at 1e12. Albedo is cut at 1, normals at +-1,
+ * variance at 1e24 and depth at 1e10. Returns the number of pixels with replaced values. The only
+ * place where bad pixels of a file are mended. */
 FEWRAY_API size_t fewray_frame_repair(struct fewray_frame *frame);
 
 /* The same for one more plane of radiance, the size of the frame's. */
@@ -175,6 +192,14 @@ FEWRAY_API char *fewray_temporary_name(const char *path);
 /* Renames temporary to path; on failure removes temporary and reports path. */
 FEWRAY_API int fewray_commit_file(const char *temporary, const char *path,
                                   struct fewray_error *error);
+/* Removes temporary instead, where it is there. errno is kept. */
+FEWRAY_API void fewray_discard_file(const char *temporary);
+/* Makes path of these bytes, whole or not at all. */
+FEWRAY_API int fewray_write_file(const char *path, const void *data, size_t size,
+                                 struct fewray_error *error);
+/* Removes all temporary files of this process, which is about to end; a signal handler may call
+ * it. */
+FEWRAY_API void fewray_discard_all_files(void);
 
 /* --- images: read through OpenImageIO (the module "image"), PNG written by libpng */
 

@@ -15,6 +15,10 @@ extern "C" {
 #define FEATURES_MAX_PIXELS   ((int64_t)1 << 28)
 #define FEATURES_MAX_CHANNELS 1024
 
+/* No compression of EXR, PNG or HDR makes more bytes than so many of one: deflate 1032, which PXR24
+ * stores three of four bytes with. A file that announces more is cut off. */
+#define FEATURES_MAX_RATIO 1400.0
+
 /* Starting threads pays for pictures of more values (pixels times channels) than this. */
 #define FEATURES_PARALLEL_MIN ((size_t)1 << 16)
 /* ... and for files of more than this. */
@@ -25,8 +29,8 @@ static inline bool features_size_ok(int64_t width, int64_t height) {
     return width > 0 && height > 0 && width <= FEATURES_MAX_PIXELS / height;
 }
 
-/* Says why path can't be read as a regular file, or FEWRAY_OK. */
-int file_check_readable(const char *path, struct fewray_error *error);
+/* Says why path can't be read as a regular file, or FEWRAY_OK and its *size in bytes. */
+int file_check_readable(const char *path, uint64_t *size, struct fewray_error *error);
 
 /* Creates an empty temporary file beside path, open for writing: *temporary is malloc'd, the result
  * a file descriptor. Errors (a negative status) name path. */
@@ -35,12 +39,15 @@ int file_create_temporary(const char *path, char **temporary, struct fewray_erro
 /* write() until all is written; false, with errno, where it can't be. offset -1 appends. */
 bool file_write_all(int fd, const void *data, size_t size, int64_t offset);
 
-/* Makes path of these bytes, whole or not at all. */
-int file_write_whole(const char *path, const void *data, size_t size, struct fewray_error *error);
+/* A temporary file of this name isn't there any more: it became another one. */
+void temporary_forget(const char *name);
 
-/* True for a PNG file that is cut off or has a wrong checksum; false for other files. */
-bool png_is_damaged(const char *path);
-bool png_bytes_are_damaged(const void *bytes, size_t size); /* at least 1 */
+/* The bytes of a PNG file, malloc'd; *bytes is NULL for a file of another format. */
+int png_load(const char *path, void **bytes, size_t *size, struct fewray_error *error);
+/* True for a PNG file that is cut off or has a wrong checksum; false for others. size is at
+ * least 1.
+ */
+bool png_bytes_are_damaged(const void *bytes, size_t size);
 
 /* A PNG of (height, width, 3) sRGB-encoded bytes into *file, malloc'd; path is for messages. */
 int png_encode(const char *path, int width, int height, const uint8_t *rgb, void **file,

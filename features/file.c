@@ -4,29 +4,11 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
-
-char *fewray_temporary_name(const char *path) {
-    static atomic_uint serial;
-    const char *slash = strrchr(path, '/');
-    const int folder = slash ? (int)(slash - path) + 1 : 0;
-    /* The clock keeps apart processes of the same id on two machines that share the folder. */
-    struct timespec now = {0};
-    clock_gettime(CLOCK_REALTIME, &now);
-    const size_t size = (size_t)folder + 64;
-    char *name = malloc(size);
-    /* The name doesn't contain the file's own, which may already be as long as names can be. */
-    if (name)
-        snprintf(name, size, "%.*s.fewray-%ld-%lx-%u.tmp", folder, path, (long)getpid(),
-                 (unsigned long)now.tv_nsec, atomic_fetch_add(&serial, 1u));
-    return name;
-}
 
 /* Renaming onto a device or a pipe would replace it by a plain file. */
 static int check_replaceable(const char *path, struct fewray_error *error) {
@@ -40,13 +22,15 @@ static int check_replaceable(const char *path, struct fewray_error *error) {
 int fewray_commit_file(const char *temporary, const char *path, struct fewray_error *error) {
     const int status = check_replaceable(path, error);
     if (status != FEWRAY_OK) {
-        unlink(temporary);
+        fewray_discard_file(temporary);
         return status;
     }
-    if (rename(temporary, path) == 0)
+    if (rename(temporary, path) == 0) {
+        temporary_forget(temporary);
         return FEWRAY_OK;
+    }
     const int reason = errno;
-    unlink(temporary);
+    fewray_discard_file(temporary);
     return fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "can't write the file: %s",
                        strerror(reason));
 }
@@ -64,6 +48,7 @@ int file_create_temporary(const char *path, char **temporary, struct fewray_erro
     const int fd = open(name, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (fd < 0) {
         const int reason = errno;
+        temporary_forget(name);
         free(name);
         return fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "can't write into the folder: %s",
                            strerror(reason));
@@ -72,7 +57,7 @@ int file_create_temporary(const char *path, char **temporary, struct fewray_erro
     return fd;
 }
 
-int file_check_readable(const char *path, struct fewray_error *error) {
+int file_check_readable(const char *path, uint64_t *size, struct fewray_error *error) {
     struct stat info;
     const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0 || fstat(fd, &info) != 0) {
@@ -85,6 +70,7 @@ int file_check_readable(const char *path, struct fewray_error *error) {
     close(fd);
     if (!S_ISREG(info.st_mode))
         return fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "isn't a regular file");
+    *size = (uint64_t)info.st_size;
     return FEWRAY_OK;
 }
 
@@ -106,7 +92,7 @@ bool file_write_all(int fd, const void *data, size_t size, int64_t offset) {
     return true;
 }
 
-int file_write_whole(const char *path, const void *data, size_t size, struct fewray_error *error) {
+int fewray_write_file(const char *path, const void *data, size_t size, struct fewray_error *error) {
     char *temporary = NULL;
     const int fd = file_create_temporary(path, &temporary, error);
     if (fd < 0)
@@ -116,7 +102,7 @@ int file_write_whole(const char *path, const void *data, size_t size, struct few
         reason = errno;
     int status;
     if (reason) {
-        unlink(temporary);
+        fewray_discard_file(temporary);
         status = fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "can't write the file: %s",
                              strerror(reason));
     } else {

@@ -11,12 +11,14 @@
 #include <math.h>
 #include <string.h>
 
-/* Radiance above this is cut: half floats end at 65504. */
-#define RADIANCE_MAX 1e5f
+/* Radiance above this is cut: no light is so bright, and squares of it are still floats. */
+#define RADIANCE_MAX 1e12f
 #define VARIANCE_MAX (RADIANCE_MAX * RADIANCE_MAX)
 /* What renderers write for the background at the most. */
 #define DEPTH_MAX 1e10f
-/* A value above RADIANCE_MAX is bad where it is this many times its surroundings' median. */
+/* A value above OUTLIER_LEAST, more than half floats hold, is bad where it is this many times its
+ * surroundings' median. */
+#define OUTLIER_LEAST 1e5f
 #define OUTLIER_RATIO 1000.0f
 enum {
     AROUND_MAX = 24,   /* neighbours in a window of 5 x 5 */
@@ -105,7 +107,7 @@ static bool mark_impossible(float *data, size_t count) {
     for (size_t i = 0; i < count; i++) {
         const float value = data[i];
         const bool possible = value >= 0.0f && value <= FLT_MAX;
-        found |= !possible | (value > RADIANCE_MAX);
+        found |= !possible | (value > OUTLIER_LEAST);
         data[i] = possible ? fabsf(value) : NAN;
     }
     return found;
@@ -115,7 +117,7 @@ static void mark_outliers(const struct marked_plane *plane) {
     size_t i = 0;
     for (int y = 0; y < plane->height; y++)
         for (int x = 0; x < plane->width; x++, i++)
-            if (plane->data[i] > RADIANCE_MAX && is_outlier(plane, x, y, plane->data[i]))
+            if (plane->data[i] > OUTLIER_LEAST && is_outlier(plane, x, y, plane->data[i]))
                 plane->data[i] = -plane->data[i];
 }
 

@@ -47,3 +47,19 @@ void half_to_floats(const uint16_t *restrict from, float *restrict to, size_t co
     for (size_t i = 0; i < count; i++)
         to[i] = fewray_half_value(from[i]);
 }
+
+void fewray_frame_half_losses(const struct fewray_frame *frame, size_t *clipped, size_t *lost) {
+    const float largest = 65504.0f, least = 0x1p-25f;
+    const size_t size = (size_t)frame->width * (size_t)frame->height;
+    float *planes[3];
+    size_t above = 0, below = 0;
+    const bool colored = fewray_frame_layer(frame, FEWRAY_COLOR, planes);
+#pragma omp parallel for reduction(+ : above, below) if (size > FEATURES_PARALLEL_MIN)
+    for (size_t i = 0; i < (colored ? size : 0); i++) {
+        const float r = planes[0][i], g = planes[1][i], b = planes[2][i];
+        above += r > largest || g > largest || b > largest;
+        below += (r > 0 || g > 0 || b > 0) && r <= least && g <= least && b <= least;
+    }
+    *clipped = above;
+    *lost = below;
+}

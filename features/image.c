@@ -19,7 +19,7 @@ static const struct image_module *open_module(const char *path, struct fewray_er
     return module;
 }
 
-/* bytes NULL: from the file. */
+/* bytes NULL: from the file of that size. */
 static int read_image(const char *path, const void *bytes, size_t size, struct fewray_image **out,
                       struct fewray_error *error) {
     const struct image_module *module = open_module(path, error);
@@ -42,12 +42,20 @@ static int fail_damaged_png(const char *path, struct fewray_error *error) {
 
 int fewray_image_read(const char *path, struct fewray_image **out, struct fewray_error *error) {
     *out = NULL;
-    const int readable = file_check_readable(path, error);
+    uint64_t size = 0;
+    const int readable = file_check_readable(path, &size, error);
     if (readable != FEWRAY_OK)
         return readable;
-    if (png_is_damaged(path))
-        return fail_damaged_png(path, error);
-    return read_image(path, NULL, 0, out, error);
+    /* What is checked must be what is decoded, though another program changes the file. */
+    void *bytes;
+    size_t byte_count;
+    int status = png_load(path, &bytes, &byte_count, error);
+    if (!status && bytes)
+        status = fewray_image_read_memory(path, bytes, byte_count, out, error);
+    else if (!status)
+        status = read_image(path, NULL, size, out, error);
+    free(bytes);
+    return status;
 }
 
 int fewray_image_read_memory(const char *name, const void *bytes, size_t size,
@@ -79,7 +87,7 @@ int fewray_image_write_png(const char *path, int width, int height, const uint8_
                            "a picture of %d x %d pixels is impossible", width, height);
     int status = png_encode(path, width, height, rgb, &file, &size, error);
     if (status == FEWRAY_OK)
-        status = file_write_whole(path, file, size, error);
+        status = fewray_write_file(path, file, size, error);
     free(file);
     return status;
 }

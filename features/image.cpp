@@ -3,6 +3,8 @@
 // module "image". No exception leaves a function of this file.
 #include "features/image_module.h"
 
+#include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
@@ -11,6 +13,8 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <string>
+#include <string_view>
+#include <strings.h>
 
 #include "features/features_private.h"
 
@@ -43,10 +47,6 @@ int channels_kept(const OIIO::ImageSpec &spec) {
 int read_pixels(OIIO::ImageInput &input, const char *path, struct fewray_image &image,
                 struct fewray_error *error) {
     const OIIO::ImageSpec &spec = input.spec();
-    if (!features_size_ok(spec.width, spec.height) || spec.depth > 1 || spec.nchannels < 1)
-        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
-                           "an image of %d x %d x %d pixels with %d channels can't be used",
-                           spec.width, spec.height, spec.depth, spec.nchannels);
     image.width = spec.width;
     image.height = spec.height;
     image.channels = channels_kept(spec);
@@ -71,31 +71,87 @@ int read_pixels(OIIO::ImageInput &input, const char *path, struct fewray_image &
     return FEWRAY_OK;
 }
 
-// A name whose ending makes OpenImageIO try the format that the first bytes tell.
-std::string name_for(const void *bytes, size_t size, const char *path) {
-    if (size >= 4 && std::memcmp(bytes, "\x89PNG", 4) == 0)
-        return "memory.png";
-    if (size >= 3 && std::memcmp(bytes, "\xff\xd8\xff", 3) == 0)
-        return "memory.jpg";
-    return path;
+// What a file may be, by its first bytes. OpenImageIO would try one reader after the other, old
+// and little used ones too, on a file that nobody knows.
+struct format {
+    const char *reader;
+    std::string_view magic;
+    bool bounded; // makes at most FEATURES_MAX_RATIO bytes of one
+};
+using namespace std::string_view_literals;
+const format formats[] = {
+    {"png", "\x89PNG"sv, true},     {"jpeg", "\xff\xd8\xff"sv, false},
+    {"openexr", "v/1\x01"sv, true}, {"hdr", "#?"sv, true},
+    {"tiff", "II*\0"sv, false},     {"tiff", "MM\0*"sv, false},
+    {"tiff", "II+\0"sv, false},     {"bmp", "BM"sv, true},
+    {"webp", "RIFF"sv, false},      {"pnm", "P1"sv, true},
+    {"pnm", "P2"sv, true},          {"pnm", "P3"sv, true},
+    {"pnm", "P4"sv, true},          {"pnm", "P5"sv, true},
+    {"pnm", "P6"sv, true},          {"pnm", "Pf"sv, true},
+    {"pnm", "PF"sv, true},
+};
+const format targa = {"targa", ""sv, true}; // has no first bytes of its own
+
+bool ends_in_tga(std::string_view path) {
+    return path.size() >= 4 && !strcasecmp(path.data() + path.size() - 4, ".tga");
+}
+
+const format *find_format(const char *path, const void *bytes, size_t size) {
+    char first[8] = {};
+    if (bytes) {
+        std::memcpy(first, bytes, std::min(size, sizeof first));
+    } else if (std::FILE *file = std::fopen(path, "rbe")) {
+        size = std::fread(first, 1, sizeof first, file);
+        std::fclose(file);
+    }
+    const std::string_view start(first, std::min(size, sizeof first));
+    for (const format &each : formats)
+        if (start.substr(0, each.magic.size()) == each.magic)
+            return &each;
+    return ends_in_tga(path) ? &targa : nullptr;
+}
+
+// Refuses what the file can't hold and what would fill the memory, before any of it is allocated.
+int check_size(const OIIO::ImageSpec &spec, const char *path, const format &format, size_t size,
+               struct fewray_error *error) {
+    if (!features_size_ok(spec.width, spec.height) || spec.depth > 1 || spec.nchannels < 1)
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
+                           "an image of %d x %d x %d pixels with %d channels can't be used",
+                           spec.width, spec.height, spec.depth, spec.nchannels);
+    const double pixels = static_cast<double>(spec.width) * spec.height;
+    const double raw = pixels * static_cast<double>(spec.pixel_bytes(true));
+    if (format.bounded && raw / 8 > static_cast<double>(size) * FEATURES_MAX_RATIO)
+        return fewray_fail(error, FEWRAY_ERROR_FORMAT, path, 0,
+                           "damaged or cut off: the file can't hold %d x %d pixels", spec.width,
+                           spec.height);
+    const std::string what = "an image of " + std::to_string(spec.width) + " x " +
+                             std::to_string(spec.height) + " pixels";
+    return fewray_memory_check(path, what.c_str(), raw + pixels * 4 * channels_kept(spec), error);
 }
 
 int open_and_read(const char *path, const void *bytes, size_t size, struct fewray_image &image,
                   struct fewray_error *error) {
     set_up_once();
+    const format *format = find_format(path, bytes, size);
+    if (!format)
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
+                           "can't read the image: it is no PNG, JPEG, HDR, EXR, TIFF, TGA, BMP, "
+                           "PNM or WebP file");
     // Colours as they are stored, not multiplied by alpha.
-    OIIO::ImageSpec wish;
+    OIIO::ImageSpec wish, spec;
     wish.attribute("oiio:UnassociatedAlpha", 1);
     OIIO::Filesystem::IOMemReader memory(const_cast<void *>(bytes), size);
-    // The proxy goes by the wish as well, for open() forgets its own where it is given both.
     OIIO::Filesystem::IOProxy *proxy = bytes ? &memory : nullptr;
     if (proxy)
         wish.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-    const auto input =
-        OIIO::ImageInput::open(bytes ? name_for(bytes, size, path) : path, &wish, proxy);
+    const auto input = OIIO::ImageInput::create(format->reader);
     if (!input)
         return fail_read(error, path, OIIO::geterror());
-    const int status = read_pixels(*input, path, image, error);
+    if (!input->open(path, spec, wish))
+        return fail_read(error, path, input->geterror());
+    int status = check_size(input->spec(), path, *format, size, error);
+    if (status == FEWRAY_OK)
+        status = read_pixels(*input, path, image, error);
     input->close();
     input->geterror();
     return status;

@@ -12,8 +12,9 @@ extern "C" {
 #endif
 
 struct image_module {
-    /* Decodes the file path, or, where bytes isn't NULL, size bytes of one in memory (path is then
-     * for messages). image was zeroed; its arrays are from malloc(), also after a failure. */
+    /* Decodes the file path, which has size bytes, or, where bytes isn't NULL, such a file in
+     * memory (path is then for messages). image was zeroed; its arrays are from malloc(), also
+     * after a failure. */
     int (*read)(const char *path, const void *bytes, size_t size, struct fewray_image *image,
                 struct fewray_error *error);
 };

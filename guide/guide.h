@@ -28,6 +28,7 @@ struct fewray_world;
 struct fewray_film;
 struct fewray_look;
 struct fewray_maps;
+struct fewray_state;
 
 /* "name=value" pairs for $name in the file, over the file's own <default>s. */
 struct fewray_scene_options {
@@ -143,9 +144,13 @@ struct fewray_render_settings {
     bool (*pause_due)(void *user);
     void (*paused)(void *user, bool whole_pass);
     void *pause_user;
+    struct fewray_state *state;     /* NULL; is kept where fewray_trace_look() and _rest() are, for
+                                       fewray_state_write(); they begin where it was read. Not with a
+                                       team or practical path guiding */
     const struct fewray_team *team; /* NULL: this process works alone */
-    const volatile int *cancel;     /* NULL; non-zero ends the work early: functions return
-                                       FEWRAY_ERROR_CANCELLED, the film holds what is done */
+    const volatile int *cancel;     /* NULL; non-zero, by an atomic store, ends the work
+                                       early: functions return FEWRAY_ERROR_CANCELLED, the film
+                                       holds what is done */
 };
 FEWRAY_API void fewray_render_settings_init(struct fewray_render_settings *settings);
 /* Sets what makes the guide that of Bako, Meyer, DeRose, Sen 2019, "Offline Deep Importance
@@ -177,6 +182,8 @@ FEWRAY_API int fewray_film_create(const struct fewray_world *world,
 FEWRAY_API void fewray_film_destroy(struct fewray_film **film);
 /* In pixels. */
 FEWRAY_API void fewray_film_size(const struct fewray_film *film, int *width, int *height);
+/* Whether no pixel has a sample yet. */
+FEWRAY_API bool fewray_film_is_empty(const struct fewray_film *film);
 
 /* Gives each process of a team (may be NULL) the whole film, also where work on it was broken off.
  */
@@ -231,7 +238,9 @@ FEWRAY_API int fewray_trace_rest(const struct fewray_world *world, struct fewray
 
 /* The same in passes, for a caller who decides on the way which tiles need how many samples. A
  * tile is FEWRAY_TILE_SIZE pixels wide and high; tiles go in rows from the upper left corner. To
- * stay unbiased, the number of samples of a tile mustn't depend on the values of its own. */
+ * stay unbiased, the number of samples of a tile mustn't depend on the values of its own. Samples
+ * of a pass are summed in double precision; each pass rounds the means to floats once, so many
+ * samples should come in few passes. */
 #define FEWRAY_TILE_SIZE 16
 
 struct fewray_rest;
@@ -252,6 +261,42 @@ FEWRAY_API int fewray_rest_create(const struct fewray_world *world, struct fewra
 FEWRAY_API int fewray_rest_pass(struct fewray_rest *rest, const struct fewray_pass *pass,
                                 struct fewray_render_stats *stats, struct fewray_error *error);
 FEWRAY_API void fewray_rest_destroy(struct fewray_rest **rest);
+
+/* --- a render's state, to go on with in another process: to the bit what one process makes */
+
+/* *out is owned by the caller. */
+FEWRAY_API int fewray_state_create(struct fewray_state **out, struct fewray_error *error);
+FEWRAY_API void fewray_state_destroy(struct fewray_state **state);
+
+/* Hands all that the render has found to write(), piece by piece: film, maps (NULL: there are none
+ * yet), records, places. counts: before the pass over the picture, as the caller has them. Not
+ * while tiles are traced: in settings->paused, or between the steps. False where write() returned
+ * it. */
+FEWRAY_API bool fewray_state_write(const struct fewray_state *state,
+                                   const struct fewray_render_settings *settings,
+                                   const struct fewray_film *film, const struct fewray_maps *maps,
+                                   const struct fewray_render_stats *counts,
+                                   bool (*write)(void *user, const void *bytes, size_t size),
+                                   void *user);
+/* False before the first look or, without one, before the samples, and from when a state was read
+ * until its samples go on. */
+FEWRAY_API bool fewray_state_can_be_written(const struct fewray_state *state);
+
+/* Takes the same bytes, `size` of them, for a new film of the same world and settings; of those spp
+ * may be another as long as the samples that are done are its first ones, too. *maps is owned by
+ * the caller; NULL: there were none. */
+FEWRAY_API int fewray_state_read(struct fewray_state *state,
+                                 const struct fewray_render_settings *settings,
+                                 struct fewray_film *film, struct fewray_maps **maps,
+                                 struct fewray_render_stats *counts,
+                                 bool (*read)(void *user, void *bytes, size_t size), void *user,
+                                 size_t size, struct fewray_error *error);
+/* Whether it needs neither fewray_trace_look() nor fewray_maps_create() any more. */
+FEWRAY_API bool fewray_state_is_behind_look(const struct fewray_state *state);
+/* To be told when the maps are made, before the look is destroyed. */
+FEWRAY_API void fewray_state_has_maps(struct fewray_state *state);
+/* That are done of each pixel, mean over the picture. */
+FEWRAY_API double fewray_state_samples(const struct fewray_state *state);
 
 /* Traces all samples by practical path guiding (Mueller et al. 2017 and 2019), which learns while
  * it renders: no look, no maps. The passes' pictures are weighted by their own variance. */

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "features/cancel.h"
 #include "pipeline/layer_names.h"
 #include "pipeline/peers.h"
 #include "pipeline/stats.h"
@@ -149,8 +150,7 @@ static int fail_cancelled(struct fewray_error *error) {
 }
 
 static bool cancelled(const struct work *work) {
-    const volatile int *cancel = work->bench->settings.render.cancel;
-    return cancel && *cancel;
+    return cancel_wanted(work->bench->settings.render.cancel);
 }
 
 /* From the first peer that fails on, the bench goes on without them. */

@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A bench as CSV, a line for each picture, and as JSON, for what is made of them. */
 
-#include <errno.h>
 #include <jansson.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "pipeline/bench.h"
 #include "pipeline/curve.h"
@@ -47,35 +45,29 @@ static void put_row(FILE *file, const struct bench_row *row) {
     fprintf(file, ",%lld\n", m->n_nonfinite);
 }
 
-static void put_csv(FILE *file, const void *data) {
+static bool put_csv(FILE *file, const void *data) {
     const struct bench *bench = data;
     fputs(CSV_HEAD, file);
     for (int i = 0; i < bench->row_count; i++)
         put_row(file, &bench->rows[i]);
+    return true;
 }
 
-/* Writes beside the place, then renames. */
-static int write_whole(const char *path, void (*put)(FILE *file, const void *data),
+/* Puts the text together in memory, so that only its writing can fail by the disk. */
+static int write_whole(const char *path, bool (*put)(FILE *file, const void *data),
                        const void *data, struct fewray_error *error) {
-    char *temporary = fewray_temporary_name(path);
-    if (!temporary)
-        return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for a file name");
-    FILE *file = fopen(temporary, "w");
-    bool written = file != NULL;
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    bool made = file && put(file, data);
     if (file) {
-        put(file, data);
-        written = !ferror(file);
-        written = !fclose(file) && written;
+        made = !ferror(file) && made;
+        made = !fclose(file) && made;
     }
-    int status;
-    if (written)
-        status = fewray_commit_file(temporary, path, error);
-    else {
-        status =
-            fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "can't be written: %s", strerror(errno));
-        unlink(temporary);
-    }
-    free(temporary);
+    const int status =
+        made ? fewray_write_file(path, text, size, error)
+             : fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for the file's text");
+    free(text);
     return status;
 }
 
@@ -186,9 +178,9 @@ static json_t *machine_json(const struct bench *bench) {
                      number(bench->load_1min));
 }
 
-static void put_json(FILE *file, const void *data) {
-    json_dumpf(data, file, JSON_INDENT(1) | JSON_REAL_PRECISION(7));
-    fputc('\n', file);
+static bool put_json(FILE *file, const void *data) {
+    return !json_dumpf(data, file, JSON_INDENT(1) | JSON_REAL_PRECISION(7)) &&
+           fputc('\n', file) != EOF;
 }
 
 int bench_write_json(const struct bench *bench, const char *path, struct fewray_error *error) {

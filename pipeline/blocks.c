@@ -25,8 +25,8 @@ static struct sums block_sums(const float *test, const float *reference, const f
 }
 
 static void add_score(struct fewray_block_scores *s, double z) {
-    int bin = (int)floor(z + 0.5 * FEWRAY_SCORE_BINS);
-    bin = bin < 0 ? 0 : bin >= FEWRAY_SCORE_BINS ? FEWRAY_SCORE_BINS - 1 : bin;
+    /* z is beyond any integer where the standard error is next to nothing. */
+    int bin = (int)fmin(fmax(z + 0.5 * FEWRAY_SCORE_BINS, 0), FEWRAY_SCORE_BINS - 1);
     s->histogram[bin]++;
     s->count++;
     s->mean += z;
@@ -57,12 +57,14 @@ int fewray_block_zscores(const struct fewray_frame *test, const struct fewray_fr
             return fewray_fail(
                 error, FEWRAY_ERROR_FORMAT, NULL, 0,
                 "block scores need R, G, B in both pictures and stderr.R/G/B in the reference");
-        for (int y = 0; y + block <= test->height; y += block)
-            for (int x0 = 0; x0 + block <= test->width; x0 += block) {
+        for (int y = 0; y <= test->height - block; y += block)
+            for (int x0 = 0; x0 <= test->width - block; x0 += block) {
                 struct sums s = block_sums(x, r, variance[c], e, test->width, x0, y, block);
                 double z = (s.test - s.reference) / sqrt(s.variance);
-                test_sum += s.test;
-                reference_sum += s.reference;
+                if (isfinite(s.test) && isfinite(s.reference)) {
+                    test_sum += s.test;
+                    reference_sum += s.reference;
+                }
                 if (isfinite(z))
                     add_score(scores, z);
             }

@@ -123,7 +123,8 @@ static int prepare_folder(const char *folder, struct bench_paths *paths,
     snprintf(paths->csv, sizeof paths->csv, "%s/bench.csv", folder);
     snprintf(paths->json, sizeof paths->json, "%s/bench.json", folder);
     snprintf(paths->png, sizeof paths->png, "%s/bench.png", folder);
-    const struct fewray_outputs outputs = {.png = paths->png, .stats = paths->json};
+    const struct fewray_outputs outputs = {
+        .exr = paths->csv, .png = paths->png, .stats = paths->json};
     return outputs_check(&outputs, error);
 }
 

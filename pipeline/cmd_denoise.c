@@ -194,6 +194,9 @@ int cmd_denoise(int argc, char **argv) {
     progress_end(&progress);
     if (status)
         return report_failure(&error);
+    char warning[160];
+    if (stats_half_warning(&stats, warning, sizeof warning))
+        report_warning(NULL, warning);
     if (options.verbose)
         tell_run(&stats);
     return EXIT_DONE;

@@ -10,6 +10,7 @@
 #include "pipeline/outputs.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/progress.h"
+#include "pipeline/stats.h"
 
 enum { PARTS_MAX = 65536, THREADS_MAX = 1024 };
 
@@ -83,6 +84,9 @@ int cmd_merge(int argc, char **argv) {
     progress_end(&progress);
     if (status)
         return report_failure(&error);
+    char warning[160];
+    if (stats_half_warning(&stats, warning, sizeof warning))
+        report_warning(NULL, warning);
     if (options.verbose)
         fprintf(stderr, "%dx%d, %d parts, %d spp: merge %.2f s, denoise %.2f s, write %.2f s\n",
                 stats.width, stats.height, job->count, stats.spp, stats.load_s, stats.denoise_s,

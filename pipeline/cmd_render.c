@@ -45,6 +45,8 @@ struct render_options {
     struct name_list aovs;
     struct guide_options guide;
     const char *part; /* "I/N" */
+    const char *checkpoint, *resume;
+    double checkpoint_every; /* 0: not given */
     int pilot, denoise, isa, model;
     int spp, adaptive, max_spp; /* 0, negative, 0: not given */
     float error;                /* 0: not given */
@@ -102,6 +104,12 @@ static enum parse_result parse(struct render_options *options, int argc, char **
          "the I-th of N shares of the samples, --spp each, for `fewray merge`", 0, 0, NULL},
         {"skip-existing", 0, OPTION_FLAG, &job->skip_existing, NULL,
          "leave a part or frames that are there already", 0, 0, NULL},
+        {"checkpoint", 0, OPTION_TEXT, &options->checkpoint, "FILE",
+         "keep the state there; where it exists, go on with it; removed in the end", 0, 0, NULL},
+        {"resume", 0, OPTION_TEXT, &options->resume, "FILE", "the same, but FILE must exist", 0, 0,
+         NULL},
+        {"checkpoint-every", 0, OPTION_TIME, &options->checkpoint_every, "T",
+         "between two states, at least: 90s, 5m (300)", 0, 0, NULL},
         {"png", 0, OPTION_TEXT, &job->outputs.png, "OUT.png", "the picture in sRGB as well", 0, 0,
          NULL},
         {"preview", 0, OPTION_TEXT, &job->outputs.preview, "FILE.png",
@@ -184,6 +192,32 @@ static int check_frames(struct render_options *options) {
     return EXIT_DONE;
 }
 
+/* A state goes on with its own file. Returns an exit code. */
+static int check_checkpoint(struct render_options *options) {
+    struct fewray_job *job = &options->job;
+    const struct fewray_outputs *o = &job->outputs;
+    const char *file = options->resume ? options->resume : options->checkpoint;
+    if (!file)
+        return options->checkpoint_every > 0
+                   ? report_usage("render: --checkpoint-every goes with --checkpoint FILE")
+                   : EXIT_DONE;
+    if (options->resume && options->checkpoint && strcmp(options->resume, options->checkpoint))
+        return report_usage("render: --resume goes on with its own file; leave out --checkpoint");
+    if (job->goal.seconds > 0 || options->error > 0 || options->adaptive > 0 || options->frames ||
+        options->guide.guide == GUIDE_PPG)
+        return report_usage("render: --checkpoint and --resume go with --spp, not with --time, "
+                            "--error, --adaptive, --frames and --guide ppg");
+    if (outputs_clash(&(struct fewray_outputs){
+            .exr = o->exr, .png = o->png, .stats = o->stats, .preview = file}) ||
+        (o->preview && !strcmp(o->preview, file)))
+        return report_usage("render: the checkpoint has the name of an output; give it its own");
+    job->checkpoint = file;
+    job->must_resume = options->resume != NULL;
+    if (options->checkpoint_every > 0)
+        job->checkpoint_interval = options->checkpoint_every;
+    return EXIT_DONE;
+}
+
 /* What no single option can tell. Returns an exit code. */
 static int check(const struct render_options *options) {
     const struct fewray_render_settings *settings = &options->job.settings;
@@ -263,6 +297,11 @@ static void warn_below_bar(void *user, const char *text) {
     report_warning(NULL, text);
 }
 
+static void note_below_bar(void *user, const char *text) {
+    progress_end(user);
+    report_note(text);
+}
+
 static void set_guide(const struct guide_options *given, struct fewray_job *job) {
     struct fewray_render_settings *settings = &job->settings;
     job->guided = given->guide != GUIDE_OFF;
@@ -302,6 +341,8 @@ int cmd_render(int argc, char **argv) {
         code = parse_part(&options);
     if (!code)
         code = check_frames(&options);
+    if (!code)
+        code = check_checkpoint(&options);
     if (code)
         return code;
     if (options.job.settings.max_depth == DEPTH_NOT_GIVEN)
@@ -327,6 +368,8 @@ int cmd_render(int argc, char **argv) {
     job->settings.cancel = interrupt_watch();
     job->warn = warn_below_bar;
     job->warn_user = &progress;
+    job->note = note_below_bar;
+    job->note_user = &progress;
     set_guide(&options.guide, job);
     for (int k = 0; k < options.aovs.count; k++)
         if (!strcmp(options.aovs.names[k], "direct"))

@@ -24,6 +24,8 @@ int cmd_merge(int argc, char **argv);
 int report_failure(const struct fewray_error *error);
 /* Prints `fewray: ...` on stderr as one line; returns EXIT_WRONG_COMMAND_LINE. */
 int report_usage(const char *format, ...) __attribute__((format(printf, 1, 2)));
+/* Prints `fewray: text`, news of a run that goes on. */
+void report_note(const char *text);
 /* Prints `fewray: warning: text`; user is ignored. */
 void report_warning(void *user, const char *text);
 

@@ -121,13 +121,12 @@ cv::Mat perceived(const cv::Mat channels[3]) {
     cv::merge(channels, 3, image);
     const cv::Matx33f to_rgb = (xyz_to_opponent * rgb_to_white_xyz()).inv(),
                       to_white = rgb_to_white_xyz();
-    cv::parallel_for_(cv::Range(0, image.rows), [&](const cv::Range &rows) {
-        for (int y = rows.start; y < rows.end; y++)
-            for (int x = 0; x < image.cols; x++) {
-                cv::Vec3f &pixel = image.at<cv::Vec3f>(y, x);
-                pixel = hunt_lab(to_white * clamp_unit(to_rgb * pixel));
-            }
-    });
+#pragma omp parallel for schedule(static)
+    for (int y = 0; y < image.rows; y++)
+        for (int x = 0; x < image.cols; x++) {
+            cv::Vec3f &pixel = image.at<cv::Vec3f>(y, x);
+            pixel = hunt_lab(to_white * clamp_unit(to_rgb * pixel));
+        }
     return image;
 }
 
@@ -189,21 +188,20 @@ double flip_mean(const cv::Mat &test, const cv::Mat &reference) {
     const Look a = look_at(test), b = look_at(reference);
     const float most = largest_difference();
     cv::Mat row_sums(test.rows, 1, CV_64F);
-    cv::parallel_for_(cv::Range(0, test.rows), [&](const cv::Range &rows) {
-        for (int y = rows.start; y < rows.end; y++) {
-            double sum = 0;
-            for (int x = 0; x < test.cols; x++) {
-                const float color = redistribute(
-                    std::pow(hyab(a.color.at<cv::Vec3f>(y, x), b.color.at<cv::Vec3f>(y, x)),
-                             color_exponent),
-                    most);
-                const float feature =
-                    std::max(std::abs(a.edges.at<float>(y, x) - b.edges.at<float>(y, x)),
-                             std::abs(a.points.at<float>(y, x) - b.points.at<float>(y, x)));
-                sum += std::pow(color, 1 - std::pow(feature / root_of_two, feature_exponent));
-            }
-            row_sums.at<double>(y) = sum;
+#pragma omp parallel for schedule(static)
+    for (int y = 0; y < test.rows; y++) {
+        double sum = 0;
+        for (int x = 0; x < test.cols; x++) {
+            const float color = redistribute(
+                std::pow(hyab(a.color.at<cv::Vec3f>(y, x), b.color.at<cv::Vec3f>(y, x)),
+                         color_exponent),
+                most);
+            const float feature =
+                std::max(std::abs(a.edges.at<float>(y, x) - b.edges.at<float>(y, x)),
+                         std::abs(a.points.at<float>(y, x) - b.points.at<float>(y, x)));
+            sum += std::pow(color, 1 - std::pow(feature / root_of_two, feature_exponent));
         }
-    });
+        row_sums.at<double>(y) = sum;
+    }
     return cv::sum(row_sums)[0] / (static_cast<double>(test.rows) * test.cols);
 }

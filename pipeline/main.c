@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "pipeline/command.h"
+#include "pipeline/interrupt.h"
 
 static const struct {
     const char *name, *about;
@@ -52,6 +53,7 @@ static int dispatch(int argc, char **argv) {
 }
 
 int main(int argc, char **argv) {
+    interrupt_start();
     const int code = dispatch(argc, argv);
     if (fflush(stdout) && code == EXIT_DONE) {
         struct fewray_error error;

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "features/cancel.h"
 #include "pipeline/clock.h"
 #include "pipeline/outputs.h"
 #include "pipeline/part.h"
@@ -87,9 +88,8 @@ static int merge_files(const struct fewray_merge_job *job, const struct part_fil
     int status = part_read(files[0].path, sum, error);
     for (int i = 1; i < job->count && !status; i++) {
         struct fewray_frame *part = NULL;
-        if (job->cancel && *job->cancel)
-            return fewray_fail(error, FEWRAY_ERROR_CANCELLED, NULL, 0,
-                               "interrupted; nothing is written");
+        if (cancel_wanted(job->cancel))
+            return FEWRAY_ERROR_CANCELLED;
         if (job->progress)
             job->progress(job->progress_user, "merge", (double)i / job->count);
         status = part_read(files[i].path, &part, error);
@@ -184,6 +184,8 @@ int fewray_merge_run(const struct fewray_merge_job *job, struct fewray_frame **p
     run.denoise_s = clock_lap(&lap);
     status = outputs_write(&job->outputs, frame, &run, start, error);
 done:
+    if (status == FEWRAY_ERROR_CANCELLED)
+        fewray_fail(error, status, job->outputs.exr, 0, "interrupted; nothing is written");
     if (picture && !status) {
         *picture = frame;
         frame = NULL;

@@ -176,7 +176,7 @@ void measure(float *const test[3], float *const reference[3], float *const noise
     metrics.n_nonfinite = cv::countNonZero(masks.bad_test);
     metrics.n_ref_nonfinite = static_cast<long long>(masks.good.total()) - good;
     metrics.mrse_net = metrics.mrse - metrics.ref_mrse;
-    if (!noise)
+    if (!noise || !std::isfinite(metrics.ref_mrse))
         metrics.ref_mrse = metrics.mrse_net = std::numeric_limits<double>::quiet_NaN();
 }
 

@@ -36,20 +36,26 @@ bool outputs_clash(const struct fewray_outputs *outputs) {
     return false;
 }
 
-static int check_path(const char *path, struct fewray_error *error) {
+static int check_replaceable(const char *path, struct fewray_error *error) {
     struct stat info;
     if (!stat(path, &info) && !S_ISREG(info.st_mode))
         return fewray_fail(error, FEWRAY_ERROR_IO, path, 0,
                            "this is no regular file; give another name for the output");
+    return FEWRAY_OK;
+}
+
+static int check_path(const char *path, struct fewray_error *error) {
+    const int status = check_replaceable(path, error);
+    if (status)
+        return status;
     char *temporary = fewray_temporary_name(path);
     if (!temporary)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for a file name");
     const int file = open(temporary, O_CREAT | O_WRONLY | O_CLOEXEC, 0666);
     const int fault = errno;
-    if (file >= 0) {
+    if (file >= 0)
         close(file);
-        unlink(temporary);
-    }
+    fewray_discard_file(temporary);
     free(temporary);
     return file >= 0 ? FEWRAY_OK
                      : fewray_fail(error, FEWRAY_ERROR_IO, path, 0,
@@ -96,6 +102,8 @@ static int stage_all(const struct fewray_outputs *outputs, const struct fewray_f
         if (!(temporary = stage(list, count, outputs->exr, error)))
             return FEWRAY_ERROR_MEMORY;
         status = fewray_frame_write_exr(frame, temporary, outputs->float32, error);
+        if (!outputs->float32)
+            fewray_frame_half_losses(frame, &stats->clipped, &stats->lost);
     }
     if (!status)
         status = stage_png(outputs->png, frame, list, count, error);
@@ -111,6 +119,40 @@ static int stage_all(const struct fewray_outputs *outputs, const struct fewray_f
     return status;
 }
 
+/* The new file into the old one's place, which then has the temporary name; false, with errno,
+ * where there is no old one or the file system can't. */
+static bool exchange(const struct staged_file *file) {
+#ifdef RENAME_EXCHANGE
+    return !renameat2(AT_FDCWD, file->temporary, AT_FDCWD, file->path, RENAME_EXCHANGE);
+#else
+    errno = ENOSYS;
+    return false;
+#endif
+}
+
+/* Gives all files their names. Where one can't have it, those before it get their old content back,
+ * as far as the file system can exchange files. */
+static int commit_all(struct staged_file *list, int count, struct fewray_error *error) {
+    enum { NOT_YET, NEW, EXCHANGED, RENAMED } fate[OUTPUT_MAX] = {NOT_YET};
+    int status = FEWRAY_OK;
+    for (int i = 0; i < count && !status; i++)
+        status = check_replaceable(list[i].path, error);
+    for (int i = 0; i < count && !status; i++) {
+        const bool exchanged = exchange(&list[i]);
+        fate[i] = exchanged ? EXCHANGED : errno == ENOENT ? NEW : RENAMED;
+        if (!exchanged)
+            status = fewray_commit_file(list[i].temporary, list[i].path, error);
+        if (status)
+            fate[i] = NOT_YET;
+    }
+    for (int i = 0; i < count && status; i++)
+        if (fate[i] == NEW)
+            unlink(list[i].path);
+        else if (fate[i] == EXCHANGED)
+            exchange(&list[i]);
+    return status;
+}
+
 int outputs_write(const struct fewray_outputs *outputs, const struct fewray_frame *frame,
                   struct fewray_run_stats *stats, double start, struct fewray_error *error) {
     struct staged_file list[OUTPUT_MAX];
@@ -118,11 +160,10 @@ int outputs_write(const struct fewray_outputs *outputs, const struct fewray_fram
     int status = stage_all(outputs, frame, stats, start, list, &count, error);
     if (status && count > 0 && error) /* the user knows the output, not its temporary name */
         snprintf(error->file, sizeof error->file, "%s", list[count - 1].path);
+    if (!status)
+        status = commit_all(list, count, error);
     for (int i = 0; i < count; i++) {
-        if (!status)
-            status = fewray_commit_file(list[i].temporary, list[i].path, error);
-        else
-            unlink(list[i].temporary);
+        fewray_discard_file(list[i].temporary);
         free(list[i].temporary);
     }
     return status;

@@ -18,6 +18,7 @@
 #include <unistd.h>
 
 #include "denoise/nn/embed.h"
+#include "features/cancel.h"
 
 extern char **environ;
 
@@ -37,7 +38,7 @@ struct peers {
 };
 
 static bool cancelled(const struct peers *peers) {
-    return peers->cancel && *peers->cancel;
+    return cancel_wanted(peers->cancel);
 }
 
 /* The last line that Python left on stderr: what a traceback ends with. */

@@ -52,7 +52,8 @@ struct fewray_job {
     struct fewray_goal goal;
     struct fewray_scene_options scene;      /* its threads are ignored: settings.threads counts */
     struct fewray_render_settings settings; /* threads, progress and cancel hold for every step;
-                                               its pauses are the preview's where there is one */
+                                               its pauses are the preview's and the checkpoints'
+                                               where there are some, its state the latter's */
     bool guided, denoised;
     bool pilot; /* a guided render first looks whether guiding pays, and does without where it
                    doesn't */
@@ -68,13 +69,25 @@ struct fewray_job {
                            isn't rendered again */
     float preview_interval; /* seconds between two previews, at least: all of them take a few per
                                cent of the time at most; 1 */
+    /* NULL; a file that holds the state of the render so far, replaced as a whole now and then and
+     * where settings.cancel ends it, and removed when the outputs are there. Where it exists at the
+     * start the render goes on with it, to the same bits; a damaged one, or one of another scene or
+     * of other settings, is refused. The number of threads, the denoiser, the outputs and, where
+     * the samples that are done are the first ones of both, spp may differ. Not for goals,
+     * sequences, teams and practical path guiding. */
+    const char *checkpoint;
+    bool must_resume;           /* where it doesn't exist that is an error */
+    double checkpoint_interval; /* seconds between two, at least (300): all of them take 2 % of the
+                                   time at most; 0: after every tile, whatever it takes */
+    /* NULL; told at once: that the run goes on with a checkpoint, that one can't be written. */
+    void (*note)(void *user, const char *text);
+    void *note_user;
     /* NULL; of the whole run, where settings.progress tells of single phases. From any thread, one
      * at a time. */
     void (*progress)(void *user, const struct fewray_progress *progress);
     void *progress_user;
-    void (*warn)(
-        void *user,
-        const char *text); /* NULL; called after success, once for each warning of the scene */
+    void (*warn)(void *user, const char *text); /* NULL; called after success, once for each warning
+                                                   of the scene and one for what half floats lost */
     void *warn_user;
 };
 /* 4 samples a pixel, guided and denoised, no outputs. */
@@ -106,9 +119,15 @@ struct fewray_run_stats {
     struct fewray_render_stats counts;
     int tiles, tiles_denoised; /* of the denoiser */
     size_t repaired;           /* bad pixels of the file that was read; 0 for a render */
+    size_t clipped, lost;      /* pixels of an EXR of half floats: fewray_frame_half_losses() */
     int unused_textures;       /* bitmaps that weren't read: no material of a shape uses them */
     int previews;              /* written while samples were traced, in preview_s */
     double preview_s;          /* part of initial_s and render_s */
+    int resumes;               /* earlier runs whose samples this one goes on with; 0: none */
+    double resumed_spp;        /* samples a pixel that were done by then */
+    double earlier_s;          /* of wall time, that they took; no other seconds count them */
+    int checkpoints;           /* written, in checkpoint_s */
+    double checkpoint_s;       /* part of initial_s and render_s */
     bool no_images;            /* the scene needed no image library */
     bool guide_skipped;        /* the pilot advised against the guide */
     bool first_look_was_all;   /* a guided render whose samples were all spent on the first look */

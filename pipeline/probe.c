@@ -4,7 +4,6 @@
 #include "pipeline/probe.h"
 
 #include <stdlib.h>
-#include <unistd.h>
 
 #include "pipeline/clock.h"
 
@@ -75,9 +74,9 @@ static int probe_files(const struct fewray_outputs *outputs, double *seconds,
         status = fewray_frame_write_png(frame, png, error);
     *seconds = clock_lap(&lap);
     if (exr)
-        unlink(exr);
+        fewray_discard_file(exr);
     if (png)
-        unlink(png);
+        fewray_discard_file(png);
     free(exr);
     free(png);
     fewray_frame_destroy(&frame);

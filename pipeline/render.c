@@ -14,6 +14,7 @@ void fewray_job_init(struct fewray_job *job) {
     job->settings.spp = 4;
     job->settings.initial = 1;
     job->preview_interval = 1;
+    job->checkpoint_interval = 300;
 }
 
 /* Whether the render has a first look and maps made of it. */
@@ -50,12 +51,15 @@ static bool preview_is_due(void *user) {
     return preview_due(&((struct run *)user)->preview);
 }
 
-static void show_preview(void *user, bool whole_pass) {
-    struct run *run = user;
+void run_show_preview(struct run *run, bool whole_pass) {
     const double seconds = preview_show(&run->preview, run->film, run->maps, whole_pass);
     estimate_except(&run->progress.estimate, seconds);
     run->stats.previews = run->preview.shown;
     run->stats.preview_s = run->preview.spent;
+}
+
+static void show_preview(void *user, bool whole_pass) {
+    run_show_preview(user, whole_pass);
 }
 
 static void start_run(struct run *run, const struct fewray_job *job) {
@@ -156,13 +160,22 @@ static int decide(struct run *run, struct fewray_error *error) {
     return status;
 }
 
+/* Goes on with what an earlier run has left. */
+static int resume(struct run *run, struct fewray_error *error) {
+    const int status = run_checkpoint_resume(run, error);
+    if (!status && run->stats.resumes)
+        expect(run, run->guided);
+    return status;
+}
+
 /* The first samples of each pixel, and what they saw. */
 static int look(struct run *run, struct fewray_error *error) {
-    if (!has_maps(run))
+    if (!has_maps(run) || run->maps)
         return FEWRAY_OK;
     tell(run, "first look");
-    const int status = fewray_trace_look(run->world, &run->settings, run->film, &run->look,
-                                         &run->stats.counts, error);
+    const struct fewray_render_settings settings = run_checkpoint_settings(run);
+    const int status =
+        fewray_trace_look(run->world, &settings, run->film, &run->look, &run->stats.counts, error);
     run->stats.initial_s = clock_lap(&run->lap);
     return status;
 }
@@ -170,13 +183,17 @@ static int look(struct run *run, struct fewray_error *error) {
 /* Sampling maps; also where no sample is left for them, because the irradiance layer comes from
  * them. */
 static int guide(struct run *run, struct fewray_error *error) {
-    if (!has_maps(run))
+    if (!has_maps(run) || run->maps)
         return FEWRAY_OK;
     tell(run, "guide");
     run->stats.first_look_was_all = run->settings.initial == run->settings.spp;
     const int status =
         fewray_maps_create(run->look, &run->settings, &run->maps, &run->stats.counts, error);
-    fewray_look_destroy(&run->look);
+    if (!status) {
+        if (run->checkpoint.state)
+            fewray_state_has_maps(run->checkpoint.state);
+        fewray_look_destroy(&run->look);
+    }
     run->stats.guide_s = clock_lap(&run->lap);
     return status;
 }
@@ -252,14 +269,17 @@ static int render(struct run *run, struct fewray_error *error) {
     tell(run, "render");
     if (run->planner)
         return run_to_goal(run, error);
+    const struct fewray_render_settings settings = run_checkpoint_settings(run);
     int status =
-        ppg ? fewray_trace_ppg(run->world, &run->settings, run->film, counts, error)
-            : fewray_trace_rest(run->world, run->maps, &run->settings, run->film, counts, error);
-    if (!status)
+        ppg ? fewray_trace_ppg(run->world, &settings, run->film, counts, error)
+            : fewray_trace_rest(run->world, run->maps, &settings, run->film, counts, error);
+    if (!status) {
+        run_checkpoint_traced(run);
         status = fewray_trace_edges(run->world, &run->settings, run->film, counts, error);
+    }
     if (!status && run_is_first(run))
         status = run_develop(run, error);
-    if (!status) { /* the denoiser gets their memory */
+    if (!status && !run->checkpoint.state) { /* the denoiser gets their memory */
         fewray_film_destroy(&run->film);
         fewray_maps_destroy(&run->maps);
     }
@@ -279,12 +299,17 @@ static int write(struct run *run, struct fewray_error *error) {
 /* A cancelled run still leaves the samples that it has. Returns FEWRAY_ERROR_CANCELLED, or why it
  * couldn't. */
 static int write_what_is_done(struct run *run, struct fewray_error *error) {
+    const bool safe = run_checkpoint_stop(run);
+    const char *how = safe ? "; go on with --resume " : "",
+               *file = safe ? run->job->checkpoint : "";
     if (run->job->parts)
         return fewray_fail(error, FEWRAY_ERROR_CANCELLED, run->outputs.exr, 0,
-                           "interrupted; a part is written whole or not at all");
+                           "interrupted; a part is written whole or not at all%s%s", how, file);
     int status = run->film || run->frame ? FEWRAY_OK : FEWRAY_ERROR_CANCELLED;
     if (!status && run->film)
         status = fewray_film_share(run->film, run->settings.team, error);
+    if (!status && !run->frame && run_is_first(run) && fewray_film_is_empty(run->film))
+        status = FEWRAY_ERROR_CANCELLED;
     if (!status && !run->frame && run_is_first(run))
         status = run_develop(run, error);
     if (!status)
@@ -292,9 +317,10 @@ static int write_what_is_done(struct run *run, struct fewray_error *error) {
     status = run_agree(run, status, error);
     if (status && status != FEWRAY_ERROR_CANCELLED)
         return status;
-    return fewray_fail(error, FEWRAY_ERROR_CANCELLED, run->job->scene_path, 0, "interrupted; %s",
-                       run->frame ? "what was done is written"
-                                  : "nothing was done yet, so nothing is written");
+    return fewray_fail(
+        error, FEWRAY_ERROR_CANCELLED, run->job->scene_path, 0, "interrupted; %s%s%s",
+        run->frame ? "what was done is written" : "nothing was done yet, so nothing is written",
+        how, file);
 }
 
 static void tell_warnings(const struct run *run) {
@@ -308,9 +334,13 @@ static void tell_warnings(const struct run *run) {
     if (run->stats.plan.hit_max_spp)
         run->job->warn(run->job->warn_user,
                        "the error wasn't reached with the most samples allowed; raise --max-spp");
+    char text[160];
+    if (stats_half_warning(&run->stats, text, sizeof text))
+        run->job->warn(run->job->warn_user, text);
 }
 
 static void end_run(struct run *run) {
+    run_checkpoint_end(run);
     planner_destroy(&run->planner);
     preview_end(&run->preview);
     fewray_frame_destroy(&run->frame);
@@ -339,9 +369,11 @@ int shot_run_frame(const struct fewray_job *job, struct shot *shot, struct fewra
     int status = run_agree(&run, run_check(&run, error), error);
     if (status)
         return status;
-    if ((status = run_agree(&run, load(&run, error), error)) ||
+    if ((status = run_agree(&run, run_checkpoint_open(&run, error), error)) ||
+        (status = run_agree(&run, load(&run, error), error)) ||
         (status = run_agree(&run, run_label_part(&run), error)) ||
         (status = run_agree(&run, decide(&run, error), error)) ||
+        (status = run_agree(&run, resume(&run, error), error)) ||
         (status = run_agree(&run, look(&run, error), error)) ||
         (status = run_agree(&run, guide(&run, error), error)) ||
         (status = run_agree(&run, render(&run, error), error)) ||
@@ -351,8 +383,12 @@ int shot_run_frame(const struct fewray_job *job, struct shot *shot, struct fewra
             status = write_what_is_done(&run, error);
         else if (status == PART_IS_THERE)
             status = FEWRAY_OK;
-    } else if (job->warn) {
-        tell_warnings(&run);
+        else if (run.checkpoint.traced) /* a full disk, say: the samples aren't lost */
+            run_checkpoint_stop(&run);
+    } else {
+        run_checkpoint_remove(&run);
+        if (job->warn)
+            tell_warnings(&run);
     }
 
     if (picture && (!status || status == FEWRAY_ERROR_CANCELLED)) {

@@ -35,6 +35,12 @@ int report_usage(const char *format, ...) {
     return EXIT_WRONG_COMMAND_LINE;
 }
 
+void report_note(const char *note) {
+    char text[1200];
+    snprintf(text, sizeof text, "%s", note);
+    print_line("", text);
+}
+
 void report_warning(void *user, const char *warning) {
     (void)user;
     char text[1200];

@@ -8,6 +8,7 @@
 #include "pipeline/part.h"
 #include "pipeline/planner.h"
 #include "pipeline/preview.h"
+#include "pipeline/run_checkpoint.h"
 #include "pipeline/run_progress.h"
 #include "pipeline/shot.h"
 
@@ -32,6 +33,7 @@ struct run {
     bool edges_traced; /* of a render to a goal */
     struct run_progress progress;
     struct preview preview;
+    struct run_checkpoint checkpoint;
 };
 
 /* A step's status that ends the run without fault. */
@@ -51,6 +53,9 @@ static inline int run_agree(const struct run *run, int status, struct fewray_err
 int run_check(const struct run *run, struct fewray_error *error);
 /* Of a part: what it is, and whether it is there already. */
 int run_label_part(struct run *run);
+
+/* Shows the film to who waits, where that is due. */
+void run_show_preview(struct run *run, bool whole_pass);
 
 /* The film's sums become the picture and its feature layers. */
 int run_develop(struct run *run, struct fewray_error *error);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What a run is told not to do, and which part of a picture it makes. */
 
+#include <string.h>
+
 #include "pipeline/run.h"
 
 /* Samples are counted by 32-bit numbers, the look's directions by 256 for each. */
@@ -23,6 +25,25 @@ static int check_part(const struct fewray_job *job, const struct fewray_render_s
     return FEWRAY_OK;
 }
 
+/* The checkpoint is removed in the end: an output of that name would be, too. */
+static int check_checkpoint(const struct run *run, struct fewray_error *error) {
+    const struct fewray_job *job = run->job;
+    const struct fewray_outputs *o = &job->outputs;
+    const char *const outputs[] = {o->exr, o->png, o->stats, o->preview, job->scene_path};
+    if (!job->checkpoint)
+        return FEWRAY_OK;
+    if (planner_has_goal(&job->goal) || run->shot || (job->guided && job->ppg) ||
+        (run->settings.team && run->settings.team->size > 1))
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, job->checkpoint, 0,
+                           "checkpoints are of one picture of a given number of samples by one "
+                           "process, not of time or error goals, frames, mpirun or path guiding");
+    for (size_t i = 0; i < sizeof outputs / sizeof *outputs; i++)
+        if (outputs[i] && !strcmp(outputs[i], job->checkpoint))
+            return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, job->checkpoint, 0,
+                               "the checkpoint has the name of another file; give its own");
+    return outputs_check(&(struct fewray_outputs){.exr = job->checkpoint}, error);
+}
+
 int run_check(const struct run *run, struct fewray_error *error) {
     if (run->settings.team && run->settings.team->size > 1 && run->job->guided && run->job->ppg)
         return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, run->job->scene_path, 0,
@@ -36,7 +57,9 @@ int run_check(const struct run *run, struct fewray_error *error) {
         return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, run->job->scene_path, 0,
                            "samples are planned for a whole picture in one process; give "
                            "parts, frames and mpirun a number of samples");
-    const int status = check_part(run->job, &run->settings, error);
+    int status = check_part(run->job, &run->settings, error);
+    if (!status)
+        status = check_checkpoint(run, error);
     return status ? status : outputs_check(&run->outputs, error);
 }
 

@@ -13,6 +13,8 @@ struct run_progress {
     void *user;
     void (*tell_phase)(void *user, const char *phase, double part); /* NULL */
     void *phase_user;
+    const char *resumed_phase; /* NULL; where a checkpoint goes on: phases before it are over */
+    double resumed_part;       /* that is done of it, 0..1 */
 };
 
 /* What there is to do, as far as is known. */

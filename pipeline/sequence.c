@@ -123,6 +123,11 @@ static int render(struct sequence_run *run, int frame, struct fewray_error *erro
     run->frame = frame;
     int status = shot_run_frame(&run->job, &run->shot, NULL, &stats, error);
     end_frame(run);
+    if (status == FEWRAY_ERROR_CANCELLED && error) { /* those before it are written in any case */
+        char what[sizeof error->what];
+        memcpy(what, error->what, sizeof what);
+        fewray_fail(error, status, run->job.scene_path, 0, "frame %d: %s", frame, what);
+    }
     run->job.warn = NULL; /* once is enough */
     if (!status && run->sequence->frame_done)
         run->sequence->frame_done(run->sequence->user, frame, &stats);

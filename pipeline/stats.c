@@ -3,11 +3,11 @@
 
 #include "pipeline/stats.h"
 
-#include <errno.h>
 #include <jansson.h>
 #include <math.h>
 #include <omp.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 
@@ -97,6 +97,13 @@ static json_t *stats_to_json(const struct fewray_run_stats *stats) {
     set_seconds(object, "total_s", stats->total_s);
     set_seconds(object, "preview_s", stats->preview_s);
     set_count(object, "previews", stats->previews);
+    set_seconds(object, "checkpoint_s", stats->checkpoint_s);
+    set_count(object, "checkpoints", stats->checkpoints);
+    if (stats->resumes > 0)
+        json_object_set_new(object, "resumed",
+                            json_pack("{s:i, s:f, s:f}", "times", stats->resumes, "at_spp",
+                                      stats->resumed_spp, "earlier_s",
+                                      round(stats->earlier_s * 1e6) / 1e6));
     set_count(object, "peak_rss_bytes", peak_rss_bytes());
     set_count(object, "threads", stats->threads);
     set_count(object, "width", stats->width);
@@ -107,6 +114,8 @@ static json_t *stats_to_json(const struct fewray_run_stats *stats) {
     set_count(object, "dropped", counts->dropped);
     set_count(object, "edge_pixels", counts->edge_pixels);
     set_count(object, "repaired", (long long)stats->repaired);
+    set_count(object, "clipped", (long long)stats->clipped);
+    set_count(object, "lost", (long long)stats->lost);
     set_count(object, "grids", counts->grids);
     set_count(object, "grids_inferred", counts->grids_inferred);
     set_count(object, "pixels_guided", counts->pixels_guided);
@@ -123,15 +132,30 @@ int stats_write(const struct fewray_run_stats *stats, const char *path,
     json_t *object = stats_to_json(stats);
     if (!object)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for the statistics");
-    FILE *file = fopen(path, "w");
-    bool written = file && json_dumpf(object, file, JSON_INDENT(2) | JSON_REAL_PRECISION(9)) == 0 &&
-                   fputc('\n', file) != EOF;
-    if (file && fclose(file))
-        written = false;
+    char *text = json_dumps(object, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
     json_decref(object);
-    return written ? FEWRAY_OK
-                   : fewray_fail(error, FEWRAY_ERROR_IO, path, 0,
-                                 "the statistics can't be written: %s", strerror(errno));
+    if (!text)
+        return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for the statistics");
+    const size_t length = strlen(text);
+    text[length] = '\n'; /* in place of the terminator: a text file ends with a line */
+    const int status = fewray_write_file(path, text, length + 1, error);
+    free(text);
+    return status;
+}
+
+bool stats_half_warning(const struct fewray_run_stats *stats, char *text, size_t size) {
+    const size_t pixels = (size_t)stats->width * (size_t)stats->height;
+    const char *advice = "--float keeps them";
+    if (stats->clipped > 0)
+        snprintf(text, size,
+                 "%zu pixels are brighter than 65504, the most that half floats hold; %s",
+                 stats->clipped, advice);
+    else if (2 * stats->lost > pixels)
+        snprintf(text, size, "%zu pixels with light are below 3e-8 and black in half floats; %s",
+                 stats->lost, advice);
+    else
+        return false;
+    return true;
 }
 
 static double number_of(const json_t *object, const char *key) {

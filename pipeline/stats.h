@@ -12,6 +12,10 @@ int stats_threads(int threads);
 /* Writes the JSON to exactly this file (no temporary). peak_rss_bytes is taken here. */
 int stats_write(const struct fewray_run_stats *stats, const char *path, struct fewray_error *error);
 
+/* Writes a sentence into text where half floats were too small for the picture: any pixel clipped,
+ * or more than half of all pixels black though there is light. False: they weren't. */
+bool stats_half_warning(const struct fewray_run_stats *stats, char *text, size_t size);
+
 /* Reads a JSON that stats_write() left and writes "4 spp, 1.42 s (look 0.2, ...), 2 threads" into
  * text, cut at size. */
 int stats_read_summary(const char *path, char *text, size_t size, struct fewray_error *error);

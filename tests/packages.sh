@@ -1,11 +1,14 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Debian packages that a build needs; sourced by tests/run.sh and examples/run.sh.
+# Debian packages that a build needs; sourced by tests/run.sh, tests/fuzz/run.sh and
+# examples/run.sh.
 # install_missing PACKAGE... installs those that aren't there, and asks for root's rights only then.
 
 BUILD_PACKAGES="cmake ninja-build gcc g++ libc6-dev pkg-config libembree-dev libopenexr-dev libopenimageio-dev
 libdeflate-dev libpng-dev libopencv-dev libexpat1-dev libjansson-dev libassimp-dev zlib1g-dev"
+FUZZ_PACKAGES="clang-14 libclang-rt-14-dev libomp-14-dev"
 TEST_PACKAGES="libcmocka-dev openmpi-bin libopenmpi-dev"
+SANITIZE_PACKAGES="clang-14 libclang-rt-14-dev libomp-14-dev"
 
 install_missing() {
     missing=""

@@ -166,7 +166,7 @@ INLINE void softmax_row(float *values, int n) {
     vec tail = splat(-FLT_MAX);
     if (rest)
         tail = load_some(values + whole, rest);
-    vec largest = tail;
+    vec largest = larger(tail, splat(-FLT_MAX)); /* larger() drops a NaN on its left */
     for (int i = 0; i < whole; i += VEC_LANES)
         largest = larger(load(values + i), largest);
     const float maximum = largest_lane(largest);
@@ -217,8 +217,8 @@ INLINE void softmax_block(const float *logits, int rows, int stride, const float
     for (int r = 0; r < rows; ++r) {
         const float *from = logits + (size_t)r * (size_t)stride,
                     *add = bias ? bias + (r & 1) * room : NULL;
-        vec largest = load_logits(from, add, n, 0);
-        UNROLL for (int v = 1; v < vecs; ++v) largest =
+        vec largest = splat(-FLT_MAX);
+        UNROLL for (int v = 0; v < vecs; ++v) largest =
             larger(load_logits(from, add, n, v), largest);
         maximum[r] = largest_lane(largest);
     }
@@ -268,20 +268,18 @@ static void softmax_to(const float *logits, int rows, int stride, const float *b
 /* --- affinity */
 
 typedef float key __attribute__((vector_size(NN_KEY * 4)));
-typedef int32_t ikey __attribute__((vector_size(NN_KEY * 4)));
 
 /* Lane i of keys[0] becomes the sum of the lanes of keys[i]: pairs of vectors are added until one
  * is left, three times. */
 INLINE void sum_lanes_of_eight(key *keys) {
-    const ikey even = {0, 2, 8, 10, 4, 6, 12, 14}, odd = {1, 3, 9, 11, 5, 7, 13, 15};
     UNROLL for (int n = 4; n > 1; n /= 2) {
         UNROLL for (int i = 0; i < n; ++i) keys[i] =
-            __builtin_shuffle(keys[2 * i], keys[2 * i + 1], even) +
-            __builtin_shuffle(keys[2 * i], keys[2 * i + 1], odd);
+            __builtin_shufflevector(keys[2 * i], keys[2 * i + 1], 0, 2, 8, 10, 4, 6, 12, 14) +
+            __builtin_shufflevector(keys[2 * i], keys[2 * i + 1], 1, 3, 9, 11, 5, 7, 13, 15);
     }
     /* What is left to add lies in the other half of each vector. */
-    keys[0] = __builtin_shuffle(keys[0], keys[1], (ikey){0, 1, 2, 3, 8, 9, 10, 11}) +
-              __builtin_shuffle(keys[0], keys[1], (ikey){4, 5, 6, 7, 12, 13, 14, 15});
+    keys[0] = __builtin_shufflevector(keys[0], keys[1], 0, 1, 2, 3, 8, 9, 10, 11) +
+              __builtin_shufflevector(keys[0], keys[1], 4, 5, 6, 7, 12, 13, 14, 15);
 }
 
 INLINE void affinity_of_pixel(const struct nn_affinity *job, const int size, const float *own_key,

@@ -37,6 +37,7 @@ struct nn_weights {
     struct nn_weight *tensors;
     char *info; /* JSON text that the training script left: network's name and settings */
     float *storage;
+    char *name; /* of the file, for messages; may be NULL */
 };
 
 /* Parses a weights file: "FEWRAYNN", uint32 version 1, uint32 CRC-32 (zlib) of all that follows,

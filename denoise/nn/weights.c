@@ -74,6 +74,9 @@ static int read_tensor_head(struct reader *r, struct nn_weight *tensor, size_t *
     if (name[0] == 0 || !memchr(name, 0, NAME_BYTES))
         return damaged(r, "a tensor's name is empty or too long");
     memcpy(tensor->name, name, NAME_BYTES);
+    for (size_t i = strlen(tensor->name); i < NAME_BYTES; ++i)
+        if (name[i])
+            return damaged(r, "something stands behind a tensor's name");
 
     *floats = 1;
     for (int k = 0; k < 4; ++k) {
@@ -119,8 +122,12 @@ static int read_tensors(struct reader *r, struct nn_weights *weights) {
     return r->left == 0 ? FEWRAY_OK : damaged(r, "bytes follow the last tensor");
 }
 
+static bool has_magic(const uint8_t *bytes, size_t size) {
+    return size >= 8 && memcmp(bytes, "FEWRAYNN", 8) == 0;
+}
+
 static int read_header(struct reader *r) {
-    if (r->left < HEADER_BYTES || memcmp(r->at, "FEWRAYNN", 8) != 0)
+    if (r->left < HEADER_BYTES || !has_magic(r->at, r->left))
         return fewray_fail(r->error, FEWRAY_ERROR_FORMAT, r->name, 0, "not a fewray weights file");
     uint32_t version = little_endian(r->at + 8), crc = little_endian(r->at + 12);
     if (version != 1)
@@ -160,7 +167,10 @@ int nn_weights_parse(const void *bytes, size_t size, const char *name, struct nn
     struct nn_weights *weights = calloc(1, sizeof *weights);
     if (!weights)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, name, 0, "no memory for weights");
-    status = read_info(&r, weights);
+    weights->name = strdup(name);
+    status = weights->name
+                 ? read_info(&r, weights)
+                 : fewray_fail(error, FEWRAY_ERROR_MEMORY, name, 0, "no memory for weights");
     if (status)
         goto fail;
 
@@ -187,7 +197,8 @@ fail:
     return status;
 }
 
-/* The whole file, malloc'd; its length needn't be known, so that pipes work too. */
+/* The whole file, malloc'd; its length needn't be known, so that pipes work too. Of what is no
+ * weights file only the beginning is read: it may be endless. */
 static int read_file(const char *path, uint8_t **bytes, size_t *size, struct fewray_error *error) {
     FILE *file = fopen(path, "rb");
     if (!file)
@@ -209,7 +220,7 @@ static int read_file(const char *path, uint8_t **bytes, size_t *size, struct few
         }
         got = fread(data + length, 1, capacity - length, file);
         length += got;
-    } while (got > 0);
+    } while (got > 0 && has_magic(data, length));
     if (ferror(file)) {
         status =
             fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "can't read weights: %s", strerror(errno));
@@ -242,6 +253,7 @@ void nn_weights_destroy(struct nn_weights **weights) {
         return;
     free((*weights)->tensors);
     free((*weights)->info);
+    free((*weights)->name);
     free((*weights)->storage);
     free(*weights);
     *weights = NULL;
@@ -256,12 +268,12 @@ const struct nn_weight *nn_weights_find(const struct nn_weights *weights, const 
         const int *has = tensor->shape;
         if (memcmp(has, shape, sizeof tensor->shape) == 0)
             return tensor;
-        fewray_fail(error, FEWRAY_ERROR_FORMAT, NULL, 0,
+        fewray_fail(error, FEWRAY_ERROR_FORMAT, weights->name, 0,
                     "weights of another network: %s is (%d, %d, %d, %d), not (%d, %d, %d, %d)",
                     name, has[0], has[1], has[2], has[3], shape[0], shape[1], shape[2], shape[3]);
         return NULL;
     }
-    fewray_fail(error, FEWRAY_ERROR_FORMAT, NULL, 0, "weights of another network: no tensor %s",
-                name);
+    fewray_fail(error, FEWRAY_ERROR_FORMAT, weights->name, 0,
+                "weights of another network: no tensor %s", name);
     return NULL;
 }

@@ -84,7 +84,7 @@ static int write_record(const struct fewray_frame *frame, bool reference, const 
             noisy_pixel(planes, i, values);
         half_from_floats(values, halves + i * channels, channels);
     }
-    int status = file_write_whole(path, bytes, size, error);
+    int status = fewray_write_file(path, bytes, size, error);
     free(bytes);
     return status;
 }

@@ -127,6 +127,10 @@ static void fill_rough(const struct microfacets *d, float eta, struct bsdf_table
     out->mean_transmittance = (float)(transmitted / shares);
     /* Mitsuba's sum: an end counts as much as any other entry. */
     out->internal_reflectance = (float)(2 * internal / BSDF_TRANSMITTANCE_SIZE);
+    /* A cone of refraction too narrow for the table: what it lets in is held to what gets out. */
+    float most = 1 - out->mean_transmittance / (eta * eta);
+    if (out->internal_reflectance - most > 0.01f * fabsf(1 - most))
+        out->internal_reflectance = most;
 }
 
 void bsdf_table_fill(const struct fewray_scene *scene, const struct bsdf *bsdf,

@@ -55,11 +55,25 @@ static inline struct vec3 fresnel_conductor_rgb(float cos_i, struct vec3 eta, st
                fresnel_conductor(cos_i, eta.z, k.z));
 }
 
+/* Share of even light from the thin side that a boundary reflects into it; n: > 1. Walsh 1926, as
+ * in Duntley 1942, "The Optical Properties of Diffusing Materials". */
+static inline double fresnel_diffuse_exact(double n) {
+    double n2 = n * n, n4 = n2 * n2, sum = n2 + 1, difference = n2 - 1;
+    return 0.5 + (n - 1) * (3 * n + 1) / (6 * (n + 1) * (n + 1)) +
+           n2 * difference * difference / (sum * sum * sum) * log((n - 1) / (n + 1)) -
+           2 * n * n2 * (n2 + 2 * n - 1) / (sum * (n4 - 1)) +
+           8 * n4 * (n4 + 1) / (sum * (n4 - 1) * (n4 - 1)) * log(n);
+}
+
 /* Share of even light from all sides that a dielectric boundary reflects; eta: of the far side over
  * the side of the light. The fits that Mitsuba 3 takes: Egan and Hilgeman 1973 below 1, d'Eon and
- * Irving 2011 above. */
+ * Irving 2011 above; but exact where they are off by more than a per cent, and would make light. */
 static inline float fresnel_diffuse_reflectance(float eta) {
     float x = 1 / eta;
+    if (eta > 2)
+        return (float)fresnel_diffuse_exact((double)eta);
+    if (eta < 0.5f)
+        return (float)(1 - (1 - fresnel_diffuse_exact(1 / (double)eta)) * (double)(eta * eta));
     if (eta < 1)
         return 0.0636f * x + 0.6681f + eta * (0.7099f - 1.4399f * eta);
     return 0.919317f +

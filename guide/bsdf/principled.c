@@ -212,7 +212,8 @@ static float density(const struct principled *p, struct vec3 incident) {
         float facet = microfacet_pdf(&p->facets, above(outgoing), m);
         if (reflects) {
             float coat = chance.coat > 0 ? chance.coat * coat_d(p->coat_alpha, m) * m.z : 0;
-            pdf = (chance.reflect * facet + coat) / (4 * fabsf(between_i));
+            /* by the viewer's cosine, as in `facet`: a grazing one is rounded alike in both */
+            pdf = (chance.reflect * facet + coat) / (4 * fabsf(between_o));
         } else { /* Walter et al. 2007, eq. 17 */
             float denominator = square(between_o + p->eta_path * between_i);
             if (denominator > 0)

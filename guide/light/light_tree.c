@@ -68,7 +68,7 @@ static size_t split_items(struct item *items, size_t n) {
     struct vec3 extent = sub(high, low);
     struct split best = {.axis = -1};
     for (int axis = 0; axis < 3; axis++)
-        if (isfinite(BUCKETS / component(extent, axis)))
+        if (isfinite(component(extent, axis)) && isfinite(BUCKETS / component(extent, axis)))
             try_axis(items, n, axis, component(low, axis), component(extent, axis),
                      max_component(extent), &best);
     size_t left = 0;
@@ -116,10 +116,11 @@ static int split_range(struct range ranges[4]) {
     int count = 1;
     for (; count < 4; count++) {
         int worst = -1;
-        float worst_cost = -1;
+        float worst_cost = 0;
         for (int k = 0; k < count; k++) {
             float cost = light_bounds_cost(&ranges[k].bounds);
-            if (ranges[k].n > 1 && cost > worst_cost) {
+            /* Costs beyond floats aren't numbers; their ranges must end too. */
+            if (ranges[k].n > 1 && (worst < 0 || cost > worst_cost)) {
                 worst = k;
                 worst_cost = cost;
             }

@@ -29,23 +29,26 @@ static inline struct vec3 density_direction(int row, int column, float a, float 
 }
 
 /* Cumulative sum of the rows of values (pdf up to a factor) and the density (solid angle;
- * integrates to 1 over the sphere). row_cdf: (size + 1). False where all values are zero or one
- * isn't finite.
- */
+ * integrates to 1 over the sphere). row_cdf: (size + 1). False where all values are zero, or so
+ * small that what normalises them isn't a float; or where one is negative or isn't finite. */
 static inline bool density_build(const float *values, int size, float *row_cdf, float *density) {
     float rows[SPHERE_ROWS];
     double total = 0;
+    float least = 0;
     for (int r = 0; r < size; r++) {
         float sum = 0;
-        for (int c = 0; c < size; c++)
-            sum += values[r * size + c];
+        for (int c = 0; c < size; c++) {
+            float value = values[r * size + c];
+            sum += value;
+            least = value < least ? value : least;
+        }
         rows[r] = sum;
         total += sum;
     }
-    if (!(total > 0) || !isfinite(total))
+    float to_density = (float)((double)(size * size) / (total * 4 * (double)PI_F));
+    if (!(total > 0) || !isfinite(total) || !isfinite(to_density) || least < 0)
         return false;
     cdf_build(rows, (size_t)size, row_cdf);
-    float to_density = (float)((double)(size * size) / (total * 4 * (double)PI_F));
     for (int b = 0; b < size * size; b++)
         density[b] = values[b] * to_density;
     return true;

@@ -31,14 +31,14 @@ static inline float4 pick(int4 mask, float4 a, float4 b) {
 
 /* Four vectors of four values each: from a vector a value's kind to a vector a place, or back. */
 static inline void transpose(float4 v[4]) {
-    float4 a = __builtin_shuffle(v[0], v[1], (int4){0, 4, 1, 5});
-    float4 b = __builtin_shuffle(v[2], v[3], (int4){0, 4, 1, 5});
-    float4 c = __builtin_shuffle(v[0], v[1], (int4){2, 6, 3, 7});
-    float4 d = __builtin_shuffle(v[2], v[3], (int4){2, 6, 3, 7});
-    v[0] = __builtin_shuffle(a, b, (int4){0, 1, 4, 5});
-    v[1] = __builtin_shuffle(a, b, (int4){2, 3, 6, 7});
-    v[2] = __builtin_shuffle(c, d, (int4){0, 1, 4, 5});
-    v[3] = __builtin_shuffle(c, d, (int4){2, 3, 6, 7});
+    float4 a = __builtin_shufflevector(v[0], v[1], 0, 4, 1, 5);
+    float4 b = __builtin_shufflevector(v[2], v[3], 0, 4, 1, 5);
+    float4 c = __builtin_shufflevector(v[0], v[1], 2, 6, 3, 7);
+    float4 d = __builtin_shufflevector(v[2], v[3], 2, 6, 3, 7);
+    v[0] = __builtin_shufflevector(a, b, 0, 1, 4, 5);
+    v[1] = __builtin_shufflevector(a, b, 2, 3, 6, 7);
+    v[2] = __builtin_shufflevector(c, d, 0, 1, 4, 5);
+    v[3] = __builtin_shufflevector(c, d, 2, 3, 6, 7);
 }
 
 #endif

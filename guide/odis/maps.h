@@ -90,8 +90,8 @@ const struct map *maps_near(const struct fewray_maps *maps, struct vec3 position
  * far as maps that didn't see that look can tell. */
 float maps_look_noise(const struct fewray_maps *maps, int x, int y);
 
-/* Makes a density of non-negative values (pdf up to a factor, a value a bin); false where all are
- * zero or one isn't finite. */
+/* Makes a density of values (pdf up to a factor, a value a bin); false where density_build() can't.
+ */
 bool map_set_density(struct map *map, const float values[SPHERE_BINS]);
 /* Makes a map's density of what it is wanted to be in proportion to, before the cosine to its
  * normal (cosine: sphere_cosines()). wanted is overwritten. Without a share for the BSDF the
@@ -105,6 +105,7 @@ bool maps_set(const struct fewray_maps *maps, struct map *map, const float cosin
 
 /* NULL without memory; owned by the caller (free()). */
 struct map_sums *map_sums_create(int maps);
+size_t map_sums_bytes(void); /* of one map's */
 /* wanted: as odis_network_run() gives it for map m; unit: radiance that is 1 there. */
 void map_sums_start(struct fewray_maps *maps, int m, const float wanted[SPHERE_BINS], float unit);
 /* Adds a sample of pixel (x, y) to its map's sums. Not for two threads at once in the same 16 x 16

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "features/cancel.h"
 #include "guide/odis/gather.h"
 #include "guide/odis/irradiance.h"
 #include "guide/odis/maps.h"
@@ -224,7 +225,7 @@ static int fill_maps(const struct fewray_look *look, const struct fewray_render_
         for (int m = 0; m < maps->count; m++) {
             if (!network || !g || map_owner(places, deal, (size_t)m) != rank)
                 continue;
-            if (settings->cancel && *settings->cancel) {
+            if (cancel_wanted(settings->cancel)) {
 #pragma omp atomic write
                 cancelled = true;
                 continue;

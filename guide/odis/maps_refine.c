@@ -26,6 +26,10 @@ struct map_sums *map_sums_create(int maps) {
     return calloc((size_t)maps + 1, sizeof(struct map_sums));
 }
 
+size_t map_sums_bytes(void) {
+    return sizeof(struct map_sums);
+}
+
 void map_sums_start(struct fewray_maps *maps, int m, const float wanted[SPHERE_BINS], float unit) {
     struct map_sums *sums = &maps->sums[m];
     for (int b = 0; b < SPHERE_BINS; b++)

@@ -83,9 +83,12 @@ struct odis_network {
 };
 
 /* What the training says of its weights, in the file's info text: "map": "mean", the paper's aim;
- * "bsdf_fraction": a number, where the network didn't learn its own; "drop": names of planes. */
-static void read_info(const char *info, struct odis_weights *weights) {
+ * "bsdf_fraction": a number, where the network didn't learn its own; "drop": names of planes. False
+ * where it isn't JSON. */
+static bool read_info(const char *info, struct odis_weights *weights) {
     json_t *object = json_loads(info, 0, NULL), *name;
+    if (!object)
+        return false;
     const char *map = json_string_value(json_object_get(object, "map"));
     weights->mean_maps = map && !strcmp(map, "mean");
     float fraction = (float)json_number_value(json_object_get(object, "bsdf_fraction"));
@@ -100,6 +103,7 @@ static void read_info(const char *info, struct odis_weights *weights) {
                     weights->keep[(int)plane_names[k].first + p] = 0;
     }
     json_decref(object);
+    return true;
 }
 
 /* Gives each bin CHANNELS instead of FEATURES input channels, so that fill_input() moves whole
@@ -123,8 +127,10 @@ static int pack_weights(const char *path, struct nn_weights *file, struct odis_w
     if (!weights)
         status =
             fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for the guide's weights");
-    else
-        read_info(file->info, weights);
+    else if (!read_info(file->info, weights))
+        status = fewray_fail(error, FEWRAY_ERROR_FORMAT, file->name, 0,
+                             "weights file is damaged (its info isn't JSON); export or download it "
+                             "again");
     for (int i = 0; i < LAYER_COUNT && !status; i++)
         status = nn_conv_pack(&weights->convs[i], file, layers[i].name, layers[i].kernel,
                               layers[i].in, layers[i].out, error);

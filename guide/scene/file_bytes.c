@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A whole file in memory, read-only. */
+/* A whole file in memory. It isn't mapped: a mapped file that another program cuts off ends the
+ * process by SIGBUS. */
 
 #include "guide/scene/file_bytes.h"
 
@@ -7,7 +8,6 @@
 #include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -36,22 +36,6 @@ static int open_file(const char *path, int *descriptor, size_t *size, struct few
     return FEWRAY_OK;
 }
 
-int file_map(const char *path, struct file_bytes *out, struct fewray_error *error) {
-    int descriptor;
-    *out = (struct file_bytes){0};
-    int status = open_file(path, &descriptor, &out->size, error);
-    if (status)
-        return status;
-    void *data = mmap(NULL, out->size, PROT_READ, MAP_PRIVATE, descriptor, 0);
-    int code = errno;
-    close(descriptor);
-    if (data == MAP_FAILED)
-        return fail_io(error, path, code);
-    out->data = data;
-    out->mapped = true;
-    return FEWRAY_OK;
-}
-
 int file_read(const char *path, struct file_bytes *out, struct fewray_error *error) {
     int descriptor;
     *out = (struct file_bytes){0};
@@ -68,10 +52,13 @@ int file_read(const char *path, struct file_bytes *out, struct fewray_error *err
         ssize_t got = read(descriptor, out->data + done, out->size - done);
         if (got < 0 && errno == EINTR)
             continue;
-        if (got <= 0) {
-            status = fail_io(error, path, got < 0 ? errno : EIO);
+        if (got < 0)
+            status = fail_io(error, path, errno);
+        else if (got == 0)
+            status = fewray_fail(error, FEWRAY_ERROR_IO, path, 0,
+                                 "the file became shorter while it was read");
+        if (status)
             break;
-        }
         done += (size_t)got;
     }
     close(descriptor);
@@ -81,19 +68,7 @@ int file_read(const char *path, struct file_bytes *out, struct fewray_error *err
     return status;
 }
 
-int file_map_text(const char *path, struct file_bytes *out, struct fewray_error *error) {
-    const int status = file_map(path, out, error);
-    /* The rest of the last page is zero, where there is one. */
-    if (status || out->size % (size_t)sysconf(_SC_PAGESIZE))
-        return status;
-    file_free(out);
-    return file_read(path, out, error);
-}
-
 void file_free(struct file_bytes *file) {
-    if (file->mapped)
-        munmap(file->data, file->size);
-    else
-        free(file->data);
+    free(file->data);
     *file = (struct file_bytes){0};
 }

@@ -9,15 +9,10 @@
 struct file_bytes {
     char *data;
     size_t size;
-    bool mapped;
 };
 
-/* Maps the file. */
-int file_map(const char *path, struct file_bytes *out, struct fewray_error *error);
 /* Reads the file, with a NUL behind its last byte. */
 int file_read(const char *path, struct file_bytes *out, struct fewray_error *error);
-/* Likewise, mapped where the last page has room for the NUL. */
-int file_map_text(const char *path, struct file_bytes *out, struct fewray_error *error);
 void file_free(struct file_bytes *file);
 
 #endif

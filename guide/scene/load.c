@@ -7,6 +7,7 @@
 
 #include "guide/scene/assimp/import_scene.h"
 #include "guide/scene/loader.h"
+#include "guide/scene/recentre.h"
 
 static struct fewray_scene *create_scene(const char *path) {
     struct fewray_scene *scene = calloc(1, sizeof(*scene));
@@ -63,10 +64,15 @@ int fewray_scene_load(const char *path, const struct fewray_scene_options *optio
         options = &defaults;
     loader.lenient = options->lenient;
     loader.threads = options->threads > 0 ? options->threads : omp_get_max_threads();
-    if (import_knows(path))
-        return options->define_count > 0 ? fewray_fail(error, FEWRAY_ERROR_ARGUMENT, path, 0,
-                                                       "only XML scenes have parameters to define")
-                                         : import_scene(path, loader.threads, out, error);
+    if (import_knows(path)) {
+        int status = options->define_count > 0
+                         ? fewray_fail(error, FEWRAY_ERROR_ARGUMENT, path, 0,
+                                       "only XML scenes have parameters to define")
+                         : import_scene(path, loader.threads, out, error);
+        if (!status)
+            scene_recentre(*out, loader.threads);
+        return status;
+    }
 
     int status = xml_read(path, options, &loader.document, error);
     if (status)
@@ -80,6 +86,7 @@ int fewray_scene_load(const char *path, const struct fewray_scene_options *optio
         (status = assets_read(&loader)) || (status = meshes_build(&loader)) ||
         (status = hand_over_images(&loader)))
         goto done;
+    scene_recentre(loader.scene, loader.threads);
     loader.scene->uses_frame = loader.document->uses_frame;
     loader.scene->unused_textures = unused_textures(loader.document);
     *out = loader.scene;

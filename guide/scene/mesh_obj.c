@@ -214,7 +214,7 @@ int mesh_parse_obj(const char *path, const char *text, size_t size, struct mesh_
 int mesh_read_obj(const char *path, struct mesh_data *out, struct fewray_error *error) {
     struct file_bytes file;
     *out = (struct mesh_data){0};
-    int status = file_map_text(path, &file, error);
+    int status = file_read(path, &file, error);
     if (status)
         return status;
     status = mesh_parse_obj(path, file.data, file.size, out, error);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* PLY meshes, straight from the mapped file. */
+/* PLY meshes, straight from the file in memory. */
 
 #include <ctype.h>
 #include <float.h>
@@ -334,7 +334,7 @@ int mesh_read_ply(const char *path, struct mesh_data *out, struct fewray_error *
     struct ply ply = {.path = path, .out = out, .error = error};
     struct file_bytes file;
     *out = (struct mesh_data){0};
-    int status = file_map(path, &file, error);
+    int status = file_read(path, &file, error);
     if (status)
         return status;
     status = ply_read_header(path, file.data, file.size, &ply.header, error);

@@ -198,7 +198,7 @@ int mesh_read_serialized(const char *path, int index, struct mesh_data *out,
                          struct fewray_error *error) {
     struct serialized in = {.path = path, .error = error};
     *out = (struct mesh_data){0};
-    int status = file_map(path, &in.file, error);
+    int status = file_read(path, &in.file, error);
     if (status)
         return status;
     status = find_mesh(&in, index);

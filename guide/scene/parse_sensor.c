@@ -10,6 +10,8 @@
 
 /* Film sizes beyond this are a mistake, and would overflow pixel counts. */
 #define MAX_FILM 65536
+/* Tangent of half the field of view; floats can't tell what is much more from 180 degrees. */
+#define MAX_HALF_WIDTH 1e6f
 
 static int warn_rfilter(struct loader *loader, struct xml_node *rfilter) {
     const char *type = xml_attribute(rfilter, "type");
@@ -119,6 +121,10 @@ static int parse_fov(struct loader *loader, struct xml_node *sensor) {
                            "fov_axis = '%s' should be x, y, diagonal, smaller or larger", axis);
     camera->fov_x =
         (float)horizontal_fov(fov, axis, (double)camera->width / (double)camera->height);
+    float half = tanf(0.5f * camera->fov_x);
+    if (!(half > 0 && half < MAX_HALF_WIDTH))
+        return loader_fail(loader, FEWRAY_ERROR_FORMAT, fov_node ? fov_node : sensor,
+                           "the field of view is too near to 0 or 180 degrees");
     return FEWRAY_OK;
 }
 
@@ -138,6 +144,9 @@ static int parse_camera_transform(struct loader *loader, struct xml_node *sensor
             return loader_fail(loader, FEWRAY_ERROR_FORMAT, param_find(sensor, "to_world"),
                                "the sensor's to_world must not scale");
     }
+    if (!(fabs(transform_determinant(&to_world)) > 1e-3))
+        return loader_fail(loader, FEWRAY_ERROR_FORMAT, param_find(sensor, "to_world"),
+                           "the sensor's to_world is singular: its axes lie in one plane");
     for (int i = 0; i < 12; i++)
         loader->scene->camera.to_world[i] = (float)to_world.m[i / 4][i % 4];
     return FEWRAY_OK;

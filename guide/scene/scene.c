@@ -103,6 +103,6 @@ struct fewray_view fewray_scene_view(const struct fewray_scene *scene) {
                                .principal_x = camera->principal_x,
                                .principal_y = camera->principal_y};
     for (int i = 0; i < 12; i++)
-        view.to_world[i] = camera->to_world[i];
+        view.to_world[i] = camera->to_world[i] + (i % 4 == 3 ? scene->origin[i / 4] : 0);
     return view;
 }

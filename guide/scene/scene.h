@@ -161,6 +161,7 @@ struct camera_key {
 
 struct fewray_scene {
     char *path;
+    float origin[3]; /* of the loaded coordinates, in the file's: see recentre.h */
     struct camera camera;
     int camera_key_count;           /* 0: it rests */
     struct camera_key *camera_keys; /* in the order of their times */

@@ -212,7 +212,10 @@ static int parse_stream(struct xml_reader *reader, FILE *file) {
             return fewray_fail(reader->error, FEWRAY_ERROR_IO, path, 0, "can't read: %s",
                                strerror(errno));
         last = size < CHUNK_BYTES;
-        if (XML_ParseBuffer(parser, (int)size, last) != XML_STATUS_OK)
+        const bool parsed = XML_ParseBuffer(parser, (int)size, last) == XML_STATUS_OK;
+        if (!parsed && !reader->status && XML_GetErrorCode(parser) == XML_ERROR_NO_MEMORY)
+            return fewray_fail(reader->error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
+        if (!parsed)
             return reader->status ? reader->status
                                   : fewray_fail(reader->error, FEWRAY_ERROR_FORMAT, path,
                                                 line_of(reader), "not well-formed XML: %s",

@@ -122,8 +122,9 @@ static void bounce_rays(struct bundle *b, const struct vertices *v) {
     EACH_LANE(i) {
         struct vec3 d = lane_get(&b->direction, i);
         set_ray(&b->rays.ray, i,
-                offset_origin(lane_get(&v->position, i), lane_get(&v->geometric_normal, i), d), d,
-                INFINITY);
+                offset_origin(b->in->world, lane_get(&v->position, i),
+                              lane_get(&v->geometric_normal, i), d),
+                d, INFINITY);
     }
 }
 

@@ -3,6 +3,7 @@
 
 #include "guide/trace/film.h"
 
+#include <limits.h>
 #include <omp.h>
 #include <stdlib.h>
 
@@ -42,10 +43,10 @@ static void picture_size(const struct camera *camera, const struct fewray_render
                          int *width, int *height) {
     double aspect = (double)camera->width / camera->height;
     *width = settings->width > 0    ? settings->width
-             : settings->height > 0 ? (int)lround(settings->height * aspect)
+             : settings->height > 0 ? (int)fmin(round(settings->height * aspect), INT_MAX)
                                     : camera->width;
     *height = settings->height > 0  ? settings->height
-              : settings->width > 0 ? (int)lround(settings->width / aspect)
+              : settings->width > 0 ? (int)fmin(round(settings->width / aspect), INT_MAX)
                                     : camera->height;
     *width = *width > 0 ? *width : 1;
     *height = *height > 0 ? *height : 1;
@@ -98,6 +99,15 @@ void fewray_film_size(const struct fewray_film *film, int *width, int *height) {
     *height = film->height;
 }
 
+bool fewray_film_is_empty(const struct fewray_film *film) {
+    const size_t pixels = (size_t)film->width * (size_t)film->height;
+    for (int g = 0; g < GROUP_COUNT; g++)
+        for (size_t i = 0; i < pixels; i++)
+            if (film->group[g][i].count > 0)
+                return false;
+    return true;
+}
+
 int fewray_film_share(struct fewray_film *film, const struct fewray_team *team,
                       struct fewray_error *error) {
     int width = film->width, height = film->height;
@@ -129,11 +139,11 @@ static void accumulate(double sums[3], struct vec3 v) {
     sums[2] += v.z;
 }
 
-void pixel_sums_add(struct pixel_sums *sums, const struct path_sample *p) {
+bool pixel_sums_add(struct pixel_sums *sums, const struct path_sample *p) {
     if (!is_finite(p->radiance) || !is_finite(p->emission) || !is_finite(p->albedo) ||
         !is_finite(p->normal) || !isfinite(p->depth)) {
         sums->dropped++;
-        return;
+        return false;
     }
     sums->count++;
     const float x[3] = {p->radiance.x, p->radiance.y, p->radiance.z};
@@ -148,6 +158,7 @@ void pixel_sums_add(struct pixel_sums *sums, const struct path_sample *p) {
     accumulate(sums->indirect, p->indirect);
     sums->depth += p->depth;
     sums->alpha += p->alpha;
+    return true;
 }
 
 /* Weighted mean of a stored mean and a new one. */

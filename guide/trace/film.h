@@ -44,9 +44,10 @@ struct pixel_sums {
     double indirect[3];
 };
 
-/* Adds a sample; one with a NaN or an infinity is dropped and counted instead. */
-void pixel_sums_add(struct pixel_sums *sums, const struct path_sample *sample);
-/* Adds the sums to those that a pixel's group has already. */
+/* Adds a sample; one with a NaN or an infinity is dropped and counted instead: false. */
+bool pixel_sums_add(struct pixel_sums *sums, const struct path_sample *sample);
+/* Adds the sums to those that a pixel's group has already. The stored mean is rounded to floats
+ * each time, so that after n of them it is within n 2^-24 of the greatest mean on the way. */
 void film_add(struct fewray_film *film, int x, int y, int group, const struct pixel_sums *sums);
 
 /* Share of the look in a pixel's value, whose groups are given. */

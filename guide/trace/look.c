@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "features/pages.h"
+#include "guide/trace/state.h"
 #include "guide/trace/team.h"
 #include "guide/trace/tile_paths.h"
 #include "guide/trace/tiles.h"
@@ -92,13 +93,32 @@ int look_exchange(struct fewray_look *look, const struct fewray_team *team,
     return status;
 }
 
+/* A look that nobody has begun, or the one that was read with the state. */
+static int begin_look(const struct fewray_render_settings *settings, const struct fewray_film *film,
+                      struct fewray_look **look, struct fewray_error *error) {
+    struct fewray_state *state = settings->state;
+    int status = FEWRAY_OK;
+    if (state_resumes(state, STATE_LOOK)) {
+        *look = state->read_look;
+        state->read_look = NULL;
+    } else {
+        status = look_create(film->width, film->height, settings->initial, settings->probes, look,
+                             error);
+    }
+    if (state) {
+        state->look = *look;
+        state->look_samples = settings->initial;
+        state_enter(state, STATE_LOOK, 0, 0);
+    }
+    return status;
+}
+
 int fewray_trace_look(const struct fewray_world *world,
                       const struct fewray_render_settings *settings, struct fewray_film *film,
                       struct fewray_look **out, struct fewray_render_stats *stats,
                       struct fewray_error *error) {
     struct fewray_look *look;
-    int status =
-        look_create(film->width, film->height, settings->initial, settings->probes, &look, error);
+    int status = begin_look(settings, film, &look, error);
     status = fewray_team_agree(settings->team, status, error);
     if (!status) {
         struct look_job job = {

@@ -3,6 +3,8 @@
 
 #include <stdlib.h>
 
+#include "guide/trace/rest.h"
+#include "guide/trace/state.h"
 #include "guide/trace/team.h"
 #include "guide/trace/tile_paths.h"
 #include "guide/trace/tiles.h"
@@ -19,7 +21,6 @@ static void progress_of_part(void *user, const char *phase, double fraction) {
                              part->begin + (part->end - part->begin) * fraction);
 }
 
-#define KEPT_SAMPLES 2  /* of a pixel between two refinements, for new probes */
 #define PASS_SAMPLES 64 /* most of a pixel in one pass over the picture */
 
 /* A tile's number in rows of tiles from the upper left corner. */
@@ -109,6 +110,35 @@ static int next_pass(int done) {
     return spp > done ? spp : (done / PASS_SAMPLES + 1) * PASS_SAMPLES;
 }
 
+/* A pass of all tiles alike. */
+struct even_pass {
+    int end; /* samples a pixel after the look */
+    bool learn, refine;
+};
+
+/* That which begins with sample `first` of `samples` after the look. */
+static struct even_pass even_pass(bool learns, int look, int samples, int first) {
+    const int refinement = next_refinement(look + first) - look;
+    const bool learn = learns && refinement < samples;
+    const int end = min_int(next_pass(look + first) - look, learn ? refinement : samples);
+    return (struct even_pass){end, learn, learn && end == refinement};
+}
+
+bool rest_passes_agree(bool refine, int look, int spp_a, int spp_b, int first, int next) {
+    const bool learns_a = refine && spp_a > MAPS_LEARN_SPP;
+    const bool learns_b = refine && spp_b > MAPS_LEARN_SPP;
+    if (learns_a != learns_b)
+        return false;
+    for (int f = 0; f < first || (f == first && next > 0);) {
+        const struct even_pass a = even_pass(learns_a, look, spp_a - look, f);
+        const struct even_pass b = even_pass(learns_b, look, spp_b - look, f);
+        if (a.end != b.end || a.learn != b.learn || a.refine != b.refine || a.end <= f)
+            return false;
+        f = a.end;
+    }
+    return first <= spp_b - look;
+}
+
 /* New maps from all samples so far, new probes from the last ones, which saw more light than the
  * look. */
 static int refine(struct fewray_rest *rest, struct fewray_error *error) {
@@ -186,21 +216,47 @@ int fewray_rest_pass(struct fewray_rest *rest, const struct fewray_pass *pass,
     return status || !rest->learning || !pass->refine ? status : refine(rest, error);
 }
 
+const struct fewray_look *rest_kept(const struct fewray_rest *rest) {
+    return rest && rest->learning ? rest->kept : NULL;
+}
+
+uint32_t rest_part(const struct fewray_rest *rest) {
+    return rest ? rest->integrator.part : 0;
+}
+
+/* Goes on where the state was read; its tiles before `next` have their samples of the pass.
+ * Returns the sample after the look with which the pass begins. */
+static int resume(struct fewray_rest *rest, struct fewray_state *state) {
+    if (!state_resumes(state, STATE_REST))
+        return 0;
+    rest->integrator.part = state->read_part;
+    rest->kept = state->read_kept;
+    state->read_kept = NULL;
+    for (int t = 0; t < film_tile_count(rest->film); t++)
+        rest->done[t] = t < state->next ? state->end : state->first;
+    return state->first;
+}
+
 /* Passes of all tiles alike. */
 static int trace_evenly(struct fewray_rest *rest, int *more, struct fewray_render_stats *stats,
                         struct fewray_error *error) {
     const bool learns = rest->maps && rest->maps->sums;
     const int samples = rest->settings->spp - rest->look;
     int status = FEWRAY_OK;
-    for (int first = 0, end; first < samples && !status; first = end) {
-        int refinement = next_refinement(rest->look + first) - rest->look;
-        bool learn = learns && refinement < samples;
-        end = min_int(next_pass(rest->look + first) - rest->look, learn ? refinement : samples);
+    for (int first = resume(rest, rest->settings->state), end; first < samples && !status;
+         first = end) {
+        const struct even_pass even = even_pass(learns, rest->look, samples, first);
+        end = even.end;
         for (int t = 0; t < film_tile_count(rest->film); t++)
             more[t] = end - first;
-        const struct fewray_pass pass = {more, learn, learn && end == refinement,
-                                         (double)first / samples, (double)end / samples};
+        const struct fewray_pass pass = {more, even.learn, even.refine, (double)first / samples,
+                                         (double)end / samples};
+        state_enter(rest->settings->state, STATE_REST, first, end);
         status = fewray_rest_pass(rest, &pass, stats, error);
+    }
+    if (!status && rest->settings->state) {
+        rest->settings->state->resumes = false;
+        state_enter(rest->settings->state, STATE_REST, samples, samples);
     }
     return status;
 }
@@ -215,8 +271,14 @@ int fewray_trace_rest(const struct fewray_world *world, struct fewray_maps *maps
         status =
             fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the samples' counts");
     status = fewray_team_agree(settings->team, status, error);
+    if (!status && settings->state) {
+        settings->state->look_samples = rest->look;
+        settings->state->rest = rest;
+    }
     if (!status)
         status = trace_evenly(rest, more, stats, error);
+    if (settings->state)
+        settings->state->rest = NULL;
     free(more);
     fewray_rest_destroy(&rest);
     return status ? status : fewray_film_share(film, settings->team, error);

@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-static void bounds(const struct RTCBoundsFunctionArguments *arguments) {
+static void find_bounds(const struct RTCBoundsFunctionArguments *arguments) {
     const struct mesh *mesh = arguments->geometryUserPtr;
     const float *s = mesh->sphere;
     struct RTCBounds *box = arguments->bounds_o;
@@ -101,7 +101,7 @@ RTCGeometry sphere_geometry(RTCDevice device, const struct mesh *mesh) {
         return NULL;
     embree.rtcSetGeometryUserPrimitiveCount(geometry, 1);
     embree.rtcSetGeometryUserData(geometry, (void *)mesh); /* read-only */
-    embree.rtcSetGeometryBoundsFunction(geometry, bounds, NULL);
+    embree.rtcSetGeometryBoundsFunction(geometry, find_bounds, NULL);
     embree.rtcSetGeometryIntersectFunction(geometry, intersect);
     embree.rtcSetGeometryOccludedFunction(geometry, occlude);
     return geometry;

@@ -13,6 +13,15 @@ static void finish_pixel(struct tile_paths *p) {
     p->guided = false;
 }
 
+/* What a sample saw that the film drops isn't to be learnt from: one infinity would spoil the maps
+ * of all blocks around. */
+static void forget(const struct bundle_start *start) {
+    if (start->record)
+        start->record->depth = 0;
+    if (start->second)
+        start->second->albedo = 0;
+}
+
 static void trace_bundle(struct tile_paths *p) {
     struct path_sample samples[BUNDLE_LANES];
     if (p->count)
@@ -22,7 +31,8 @@ static void trace_bundle(struct tile_paths *p) {
             finish_pixel(p);
         p->x = p->starts[i].x;
         p->y = p->starts[i].y;
-        pixel_sums_add(&p->sums, &samples[i]);
+        if (!pixel_sums_add(&p->sums, &samples[i]))
+            forget(&p->starts[i]);
         p->guided |= samples[i].guided;
         p->stats->rays += samples[i].rays;
         if (p->learning)

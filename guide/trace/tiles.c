@@ -4,6 +4,7 @@
 
 #include "guide/trace/tiles.h"
 
+#include "guide/trace/state.h"
 #include "guide/trace/team.h"
 
 void stats_add(struct fewray_render_stats *sum, const struct fewray_render_stats *part) {
@@ -71,6 +72,38 @@ static void run_tiles(struct tile_queue *queue) {
     }
 }
 
+/* A state that was read has done the first tiles already. */
+static void begin_queue(struct tile_queue *queue) {
+    struct fewray_state *state = queue->settings->state;
+    if (!state)
+        return;
+    if (state->resumes) {
+        queue->next = queue->done = state->next;
+        queue->mine = state->counts;
+    }
+    state->resumes = false;
+    state->tiles = queue->tiles;
+}
+
+/* Whole passes are no place within one; their counts are the caller's. */
+static void end_queue(const struct tile_queue *queue) {
+    struct fewray_state *state = queue->settings->state;
+    if (!state || queue->cancelled)
+        return;
+    state->next = queue->tiles;
+    state->counts = (struct fewray_render_stats){0};
+}
+
+/* No thread traces. */
+static void pause(const struct tile_queue *queue) {
+    struct fewray_state *state = queue->settings->state;
+    if (state) {
+        state->next = min_int(queue->next, queue->tiles);
+        state->counts = queue->mine;
+    }
+    queue->settings->paused(queue->settings->pause_user, queue->next >= queue->tiles);
+}
+
 int tiles_run(int width, int height, const struct fewray_render_settings *settings,
               const char *phase, tile_function work, void *user, struct fewray_render_stats *stats,
               struct fewray_error *error) {
@@ -86,12 +119,14 @@ int tiles_run(int width, int height, const struct fewray_render_settings *settin
                                .user = user,
                                .deal = team_deal(team),
                                .rank = team ? team->rank : 0};
+    begin_queue(&queue);
     while (queue.next < queue.tiles && !queue.cancelled) {
 #pragma omp parallel num_threads(film_threads(settings))
         run_tiles(&queue);
         if (settings->pause_due && !queue.cancelled)
-            settings->paused(settings->pause_user, queue.next >= queue.tiles);
+            pause(&queue);
     }
+    end_queue(&queue);
     int status = FEWRAY_OK;
     if (queue.cancelled)
         status = fewray_fail(error, FEWRAY_ERROR_CANCELLED, NULL, 0, "interrupted");

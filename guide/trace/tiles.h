@@ -4,6 +4,7 @@
 
 /* The picture in tiles over threads, with progress, pauses and cancelling. */
 
+#include "features/cancel.h"
 #include "guide/trace/film.h"
 
 #define TILE_SIZE FEWRAY_TILE_SIZE
@@ -13,7 +14,7 @@ static inline int min_int(int a, int b) {
 }
 
 static inline bool is_cancelled(const struct fewray_render_settings *settings) {
-    return settings->cancel && *settings->cancel;
+    return cancel_wanted(settings->cancel);
 }
 
 /* Seed of a pixel's samples. */

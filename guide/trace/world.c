@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "guide/trace/spare_threads.h"
 #include "guide/trace/sphere.h"
 
 /* --- Embree's scenes. What fails leaves an error in the device, which is asked at the end. */
@@ -89,6 +90,17 @@ static int build_embree(struct fewray_world *world, int threads, struct fewray_e
     int status = embree_load(error);
     if (status)
         return status;
+    /* Its scheduler ends the process where it doesn't get its threads; one it always takes. */
+    const int all = threads > 0 ? threads : omp_get_num_procs();
+    const int wanted = all > 1 ? all - 1 : 1;
+    const int helpers = wanted < SPARE_THREADS_MAX ? wanted : SPARE_THREADS_MAX;
+    const int spare = spare_threads(helpers);
+    if (spare < 1)
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, NULL, 0,
+                           "the system starts no more threads, and Embree needs one; raise the "
+                           "limit of processes");
+    if (spare < helpers)
+        threads = 1;
     snprintf(config, sizeof(config), "threads=%d", threads > 0 ? threads : 0);
     world->device = embree.rtcNewDevice(config);
     if (!world->device)
@@ -130,9 +142,10 @@ int fewray_world_create(const struct fewray_scene *scene, int threads, struct fe
     int status = build_embree(world, threads, error);
     if (!status)
         status = environment_table_create(&scene->environment, &world->environment, error);
+    double radius = status ? 1 : world_radius(world);
+    world->unit = (float)fmin(radius, 1);
     if (!status)
-        status =
-            lights_create(scene, &world->environment, world_radius(world), &world->lights, error);
+        status = lights_create(scene, &world->environment, radius, &world->lights, error);
     world->bsdf_tables = calloc((size_t)scene->bsdf_count + 1, sizeof(*world->bsdf_tables));
     if (!world->bsdf_tables && !status)
         status = fewray_fail(error, FEWRAY_ERROR_MEMORY, NULL, 0, "no memory for the materials");

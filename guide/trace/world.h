@@ -21,6 +21,8 @@ struct fewray_world {
     struct lights lights;
     struct environment_table environment;
     struct bsdf_table *bsdf_tables; /* (bsdf_count) */
+    float unit; /* the lesser of 1 and the radius around all surfaces, scene units: what rays leave
+                   surfaces by is measured by it */
 };
 
 /* A box around all surfaces, those of instances included; low > high where there are none. */

@@ -37,6 +37,11 @@ static inline void stage_close(struct stage *stage) {
     fewray_scene_destroy(&stage->scene);
 }
 
+/* Of the scene's file in its world: see recentre.h. */
+static inline struct vec3 scene_origin(const struct fewray_scene *scene) {
+    return vec(scene->origin[0], scene->origin[1], scene->origin[2]);
+}
+
 static inline void assert_close(const char *what, struct vec3 a, const float *b, float tolerance) {
     float off = length(sub(a, vec(b[0], b[1], b[2])));
     if (!(off <= tolerance))

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Frames denoised in place, progress, cancelling, and options that are wrong. */
 
+#include "features/cancel.h"
 #include "tests/unit/denoise_room.h"
 
 static void test_frame_keeps_the_noisy_picture(void **state) {
@@ -74,7 +75,7 @@ static void test_compact_layers_give_the_same_bits(void **state) {
 static void cancel_halfway(void *user, double fraction) {
     assert_true(fraction >= 0 && fraction <= 1.0001);
     if (fraction > 0.5)
-        *(volatile int *)user = 1;
+        cancel_set(user);
 }
 
 static void test_progress_and_cancel(void **state) {
@@ -96,7 +97,7 @@ static void test_progress_and_cancel(void **state) {
 
 static void cancel_late(void *user, double fraction) {
     if (fraction > 0.9)
-        *(volatile int *)user = 1;
+        cancel_set(user);
 }
 
 static void test_cancelled_frame_keeps_its_colour(void **state) {

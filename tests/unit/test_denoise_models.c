@@ -119,7 +119,7 @@ static void weights_new(struct nn_weights *weights, const int widths[4]) {
         floats +=
             (size_t)(layers[i].out * (1 + layers[i].in * layers[i].kernel * layers[i].kernel));
     *weights = (struct nn_weights){TENSORS, calloc(TENSORS, sizeof *weights->tensors), NULL,
-                                   malloc(floats * sizeof(float))};
+                                   malloc(floats * sizeof(float)), NULL};
     uint32_t seed = 11;
     for (size_t i = 0; i < floats; i++)
         weights->storage[i] = 0.2f * (uniform(&seed) - 0.5f);

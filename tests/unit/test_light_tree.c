@@ -109,10 +109,37 @@ static void test_tree_keeps_the_irradiance(void **state) {
     stage_end(&s);
 }
 
+/* Lights whose power, or whose distance from each other, is beyond floats when taken together:
+ * costs that are no numbers. Each light must still get a leaf of its own. */
+static void test_sums_beyond_floats_are_split_too(void **state) {
+    (void)state;
+    enum { COUNT = 9 };
+    for (int far = 0; far < 2; far++) {
+        struct light_bounds bounds[COUNT];
+        struct light_tree tree;
+        bool taken[4 * COUNT] = {false};
+        for (int i = 0; i < COUNT; i++) {
+            const float x = far ? (i % 2 ? 3e38f : -3e38f) : 1;
+            bounds[i] = light_bounds_none();
+            bounds[i].low = bounds[i].high = vec(x, 0, 0);
+            bounds[i].axis = up;
+            bounds[i].phi = 3e38f;
+        }
+        assert_int_equal(light_tree_create(bounds, COUNT, &tree, NULL), FEWRAY_OK);
+        assert_true(tree.node_count < COUNT);
+        for (int i = 0; i < COUNT; i++) {
+            assert_true(tree.leaf[i] < 4 * COUNT && !taken[tree.leaf[i]]);
+            taken[tree.leaf[i]] = true;
+        }
+        light_tree_clear(&tree);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_chances_of_a_tree_sum_to_one),
         cmocka_unit_test(test_tree_keeps_the_irradiance),
+        cmocka_unit_test(test_sums_beyond_floats_are_split_too),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -186,6 +186,13 @@ static void test_block_scores_tell_noise_from_bias(void **state) {
     assert_true(s.mean < -0.6 && s.ratio_of_means < 0.98);
     assert_int_equal(fewray_block_zscores(flat, noise, 100, &s, NULL), FEWRAY_ERROR_ARGUMENT);
     assert_int_equal(fewray_block_zscores(noise, flat, 4, &s, NULL), FEWRAY_ERROR_FORMAT);
+    /* Next to no standard error: z of 1e30, far from any bin, belongs to the last ones. */
+    static const char *const names[] = {"stderr.R", "stderr.G", "stderr.B"};
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i < 80 * 80; i++)
+            fewray_frame_plane(noise, names[c])[i] = 1e-30f;
+    assert_int_equal(fewray_block_zscores(flat, noise, 4, &s, NULL), 0);
+    assert_int_equal(s.histogram[0] + s.histogram[FEWRAY_SCORE_BINS - 1], 3 * 20 * 20);
     fewray_frame_destroy(&flat);
     fewray_frame_destroy(&noise);
     fewray_frame_destroy(&biased);

@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #define SCENE  EXAMPLES "/window-room.xml"
-#define MPIRUN "mpirun -q --oversubscribe -n 3 "
+#define MPIRUN "mpirun -q --oversubscribe "
 
 /* Runs a shell line in the folder; errors gets what it wrote on stderr. Returns its exit code. */
 static int run(const char *line, char *errors, size_t size) {
@@ -50,27 +50,31 @@ static void need_mpi(void) {
 }
 
 /* Maps are made, and refined at 4 samples a pixel. */
-static void test_three_processes_write_the_file_of_one(void **state) {
+static void test_any_number_of_processes_and_threads_writes_the_file_of_one(void **state) {
     (void)state;
     need_mpi();
-    static const char options[] = "--width 96 --height 72 --spp 8 --pilot off";
+    static const struct { int processes, threads; } cases[] = {{1, 7}, {2, 7}, {3, 2}};
+    static const char options[] = "--width 72 --spp 6 --pilot off --aovs direct,indirect";
     char line[1024];
-    snprintf(line, sizeof line, "%s render " SCENE " -o one.exr %s", FEWRAY_COMMAND, options);
-    expect_success(line);
-    snprintf(line, sizeof line, MPIRUN "%s render " SCENE " -o three.exr %s", FEWRAY_COMMAND,
+    snprintf(line, sizeof line, "%s render " SCENE " -o one.exr %s --threads 1", FEWRAY_COMMAND,
              options);
     expect_success(line);
-    expect_success("cmp one.exr three.exr");
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        snprintf(line, sizeof line, MPIRUN "-n %d %s render " SCENE " -o many.exr %s --threads %d",
+                 cases[k].processes, FEWRAY_COMMAND, options, cases[k].threads);
+        expect_success(line);
+        expect_success("cmp one.exr many.exr && rm many.exr");
+    }
 }
 
 static void test_a_failure_is_told_once_and_leaves_nothing(void **state) {
     (void)state;
     need_mpi();
-    expect_failure(MPIRUN FEWRAY_COMMAND " render nowhere.xml -o none.exr", "nowhere.xml");
-    expect_failure(MPIRUN FEWRAY_COMMAND " render " SCENE " -o none.exr --guide ppg",
+    expect_failure(MPIRUN "-n 3 " FEWRAY_COMMAND " render nowhere.xml -o none.exr", "nowhere.xml");
+    expect_failure(MPIRUN "-n 3 " FEWRAY_COMMAND " render " SCENE " -o none.exr --guide ppg",
                    "path guiding");
     /* in the second process alone */
-    expect_failure(MPIRUN "sh -c '[ $OMPI_COMM_WORLD_RANK = 1 ] && scene=nowhere.xml || "
+    expect_failure(MPIRUN "-n 3 sh -c '[ $OMPI_COMM_WORLD_RANK = 1 ] && scene=nowhere.xml || "
                           "scene=" SCENE "; exec " FEWRAY_COMMAND
                           " render $scene -o none.exr --width 48'",
                    "nowhere.xml");
@@ -99,7 +103,7 @@ static int prepare(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_three_processes_write_the_file_of_one),
+        cmocka_unit_test(test_any_number_of_processes_and_threads_writes_the_file_of_one),
         cmocka_unit_test(test_a_failure_is_told_once_and_leaves_nothing),
         cmocka_unit_test(test_without_the_module_several_processes_are_refused),
     };

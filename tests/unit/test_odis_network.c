@@ -63,14 +63,14 @@ static void compare_layer(const struct odis_network *network, const struct refer
 }
 
 static void read_input(FILE *file, struct gathered *g) {
-    static _Float16 input[INPUTS][SPHERE_BINS];
+    static uint16_t input[INPUTS][SPHERE_BINS];
     read_whole(file, input, sizeof(input));
     for (int b = 0; b < SPHERE_BINS; b++) {
         for (int p = 0; p < GATHER_PLANES; p++)
-            g->planes[p][b] = (float)input[p][b];
-        g->mask[b] = (float)input[GATHER_PLANES][b];
-        g->cosine[b] = (float)input[GATHER_PLANES + 1][b];
-        g->fill[b] = (float)input[GATHER_PLANES + 2][b];
+            g->planes[p][b] = fewray_half_value(input[p][b]);
+        g->mask[b] = fewray_half_value(input[GATHER_PLANES][b]);
+        g->cosine[b] = fewray_half_value(input[GATHER_PLANES + 1][b]);
+        g->fill[b] = fewray_half_value(input[GATHER_PLANES + 2][b]);
     }
 }
 

@@ -6,6 +6,7 @@
 
 #include <omp.h>
 
+#include "features/cancel.h"
 #include "pipeline/coarse.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/preview.h"
@@ -146,7 +147,7 @@ struct canceller {
 static void cancel_late(void *user, const char *phase, double part) {
     struct canceller *canceller = user;
     if (!strcmp(phase, "render") && part > 0.5)
-        canceller->cancel = 1;
+        cancel_set(&canceller->cancel);
 }
 
 static void test_a_cancelled_run_leaves_what_is_done_in_the_preview(void **state) {

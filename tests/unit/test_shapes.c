@@ -246,8 +246,11 @@ static void check_measured(const struct measured *m) {
     bool disk = strstr(m->shape, "'disk'");
     float fine = round ? 2e-4f : 5e-6f, size = length(vec(m->p[0], m->p[1], m->p[2]));
     struct vec3 dp_dv = vec(m->dp_dv[0], m->dp_dv[1], m->dp_dv[2]);
-    assert_true(surface_trace(stage.world, vec(m->origin[0], m->origin[1], m->origin[2]),
+    struct vec3 moved = scene_origin(stage.scene);
+    assert_true(surface_trace(stage.world,
+                              sub(vec(m->origin[0], m->origin[1], m->origin[2]), moved),
                               vec(m->direction[0], m->direction[1], m->direction[2]), false, &s));
+    s.position = add(s.position, moved);
     assert_near(s.distance, m->distance, fine * (1 + size));
     assert_close("position", s.position, m->p, fine * (1 + size));
     /* Where it lies on the sphere depends on the rounding of coordinates in the thousands. */

@@ -56,7 +56,8 @@ static void test_spheres_do_not_shadow_themselves(void **state) {
         for (int k = 0; k < 5000; k++) {
             struct surface s;
             struct vec3 away = any_direction(), d = any_direction();
-            struct vec3 from = add(cases[i].c, scale(away, 3 * cases[i].radius));
+            struct vec3 centre = sub(cases[i].c, scene_origin(stage.scene));
+            struct vec3 from = add(centre, scale(away, 3 * cases[i].radius));
             if (!surface_trace(stage.world, from, negate(away), false, &s))
                 fail_msg("the ray to the centre misses");
             if (k % 2) /* grazing */

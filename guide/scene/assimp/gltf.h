@@ -19,6 +19,11 @@ int gltf_read(const char *path, json_t **out, struct fewray_error *error);
 /* Refuses members of a wrong type. */
 int gltf_check_types(const char *path, const json_t *gltf, struct fewray_error *error);
 
+/* Refuses accessors beyond their buffers, or of a type that their use doesn't have. body: bytes of
+ * a .glb's binary chunk. */
+int gltf_check_bounds(const char *path, const json_t *gltf, size_t body,
+                      struct fewray_error *error);
+
 /* The scene to show; NULL where the file has none. */
 const json_t *gltf_scene(const json_t *gltf);
 /* A root of the scene, or a node's child; NULL beyond the last. */

@@ -10,6 +10,7 @@
 
 #define GLB_MAGIC 0x46546C67u /* "glTF" */
 #define GLB_JSON  0x4E4F534Au /* "JSON" */
+#define GLB_BODY  0x004E4942u /* "BIN" */
 
 /* assimp descends nodes by recursion. */
 #define MAX_DEPTH 500
@@ -37,6 +38,17 @@ static int find_json(const char *path, const struct file_bytes *file, const char
         return fewray_fail(error, FEWRAY_ERROR_FORMAT, path, 0,
                            "the glb file is cut off or damaged: it has no whole JSON chunk");
     return FEWRAY_OK;
+}
+
+/* Bytes of the binary chunk behind the JSON; 0: there is none. */
+static size_t find_body(const struct file_bytes *file, const char *text, size_t size) {
+    if (text == file->data)
+        return 0;
+    const size_t at = (size_t)(text - file->data) + size;
+    if (file->size - at < 8 || word(file->data + at + 4) != GLB_BODY)
+        return 0;
+    const size_t body = word(file->data + at);
+    return body <= file->size - at - 8 ? body : 0;
 }
 
 static int check_version(const char *path, const json_t *gltf, struct fewray_error *error) {
@@ -153,14 +165,16 @@ static int check_for_assimp(const char *path, const json_t *gltf, struct fewray_
 int gltf_read(const char *path, json_t **out, struct fewray_error *error) {
     struct file_bytes file;
     const char *text;
-    size_t size;
+    size_t size, body = 0;
     json_error_t reason;
     *out = NULL;
-    int status = file_map(path, &file, error);
+    int status = file_read(path, &file, error);
     if (status)
         return status;
     status = find_json(path, &file, &text, &size, error);
     json_t *gltf = status ? NULL : json_loadb(text, size, 0, &reason);
+    if (!status)
+        body = find_body(&file, text, size);
     file_free(&file);
     if (!status && !json_is_object(gltf))
         status = fewray_fail(error, FEWRAY_ERROR_FORMAT, path, gltf ? 0 : reason.line,
@@ -175,6 +189,8 @@ int gltf_read(const char *path, json_t **out, struct fewray_error *error) {
         status = check_nodes(path, gltf, error);
     if (!status)
         status = check_for_assimp(path, gltf, error);
+    if (!status)
+        status = gltf_check_bounds(path, gltf, body, error);
     if (status)
         json_decref(gltf);
     else

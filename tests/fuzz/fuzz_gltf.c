@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A scene in glTF 2.0, as JSON with its buffer beside it, or as one binary file. */
+
+#include <string.h>
+
+#include "guide/guide.h"
+#include "tests/fuzz/fuzz.h"
+
+static const char *const names[] = {"buffer.bin", "image.png", NULL};
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    const bool binary = size >= 4 && !memcmp(data, "glTF", 4);
+    const struct fewray_scene_options options = {.threads = 1};
+    const char *path =
+        binary ? fuzz_file("scene.glb", data, size) : fuzz_files(data, size, "scene.gltf", names);
+    struct fewray_scene *scene = NULL;
+    struct fewray_error error = {0};
+    const int status = fewray_scene_load(path, &options, &scene, &error);
+    fuzz_check_error(status, &error);
+    FUZZ_CHECK(!status == !!scene);
+    if (scene)
+        fuzz_check_scene(scene);
+    fewray_scene_destroy(&scene);
+    return 0;
+}

@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: Apache-2.0
+fewray_stress_test(checkpoint_resume fewray_pipeline)
+fewray_stress_test(checkpoint_crash fewray_pipeline)
+add_dependencies(stress_checkpoint_crash fewray)
+fewray_stress_test(checkpoint_file fewray_pipeline)
+fewray_stress_test(checkpoint_state fewray_guide)

@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: Apache-2.0
+fewray_stress_test(denoise_values fewray_denoise fewray_features)
+fewray_stress_test(denoise_reach fewray_denoise fewray_features)
+fewray_stress_test(denoise_sizes fewray_denoise fewray_features)
+fewray_stress_test(denoise_kernels fewray_denoise fewray_nn fewray_features)
+fewray_stress_test(weights_damage fewray_guide fewray_denoise fewray_nn ZLIB::ZLIB)
+fewray_stress_test(weights_use fewray_guide fewray_denoise fewray_nn ZLIB::ZLIB)
+add_dependencies(stress_weights_use fewray)
+fewray_stress_test(denoise_history fewray_denoise fewray_features)
+fewray_stress_test(picture_values fewray_features)
+fewray_stress_test(picture_metrics fewray_pipeline)
+fewray_stress_test(picture_range fewray_features PkgConfig::jansson)
+add_dependencies(stress_picture_range fewray)
