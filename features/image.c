@@ -3,7 +3,9 @@
 #include "features/features_private.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "features/image_module.h"
 #include "features/module.h"
@@ -40,6 +42,26 @@ static int fail_damaged_png(const char *path, struct fewray_error *error) {
                        "can't read the image: the PNG file is cut off or damaged");
 }
 
+static bool is_exr(const void *bytes, size_t size) {
+    static const unsigned char magic[] = {0x76, 0x2f, 0x31, 0x01};
+    return size >= sizeof magic && !memcmp(bytes, magic, sizeof magic);
+}
+
+/* OpenImageIO reads EXR files by OpenEXR's older library, which believes their headers: they are
+ * checked by the newer one first. What frames don't support images may. */
+static int check_exr(const char *path, struct fewray_error *error) {
+    unsigned char start[4] = {0};
+    FILE *file = fopen(path, "rb");
+    const bool exr =
+        file && fread(start, 1, sizeof start, file) == sizeof start && is_exr(start, sizeof start);
+    struct fewray_frame *header = NULL;
+    if (file)
+        fclose(file);
+    const int status = exr ? fewray_frame_read_exr_header(path, &header, error) : FEWRAY_OK;
+    fewray_frame_destroy(&header);
+    return status == FEWRAY_ERROR_UNSUPPORTED ? FEWRAY_OK : status;
+}
+
 int fewray_image_read(const char *path, struct fewray_image **out, struct fewray_error *error) {
     *out = NULL;
     uint64_t size = 0;
@@ -52,7 +74,7 @@ int fewray_image_read(const char *path, struct fewray_image **out, struct fewray
     int status = png_load(path, &bytes, &byte_count, error);
     if (!status && bytes)
         status = fewray_image_read_memory(path, bytes, byte_count, out, error);
-    else if (!status)
+    else if (!status && !(status = check_exr(path, error)))
         status = read_image(path, NULL, size, out, error);
     free(bytes);
     return status;
@@ -64,6 +86,9 @@ int fewray_image_read_memory(const char *name, const void *bytes, size_t size,
     if (size == 0)
         return fewray_fail(error, FEWRAY_ERROR_FORMAT, name, 0,
                            "can't read the image: it is empty");
+    if (is_exr(bytes, size))
+        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, name, 0,
+                           "an EXR file within another file is not supported");
     if (png_bytes_are_damaged(bytes, size))
         return fail_damaged_png(name, error);
     return read_image(name, bytes, size, out, error);

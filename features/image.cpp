@@ -120,6 +120,7 @@ int check_size(const OIIO::ImageSpec &spec, const char *path, const format &form
                            spec.width, spec.height, spec.depth, spec.nchannels);
     const double pixels = static_cast<double>(spec.width) * spec.height;
     const double raw = pixels * static_cast<double>(spec.pixel_bytes(true));
+    // OpenImageIO counts a byte where a file has a bit.
     if (format.bounded && raw / 8 > static_cast<double>(size) * FEATURES_MAX_RATIO)
         return fewray_fail(error, FEWRAY_ERROR_FORMAT, path, 0,
                            "damaged or cut off: the file can't hold %d x %d pixels", spec.width,

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
 
 #include "pipeline/command.h"
 #include "pipeline/layer_names.h"
@@ -17,7 +18,8 @@ static bool is_exr(const char *path) {
     const char *dot = strrchr(path, '.');
     if (dot && !strcasecmp(dot, ".exr"))
         return true;
-    FILE *file = fopen(path, "rb");
+    struct stat info;
+    FILE *file = stat(path, &info) || S_ISREG(info.st_mode) ? fopen(path, "rb") : NULL;
     const bool same = file && fread(start, 1, 4, file) == 4 && !memcmp(start, magic, 4);
     if (file)
         fclose(file);

@@ -51,7 +51,7 @@ static int check_path(const char *path, struct fewray_error *error) {
     char *temporary = fewray_temporary_name(path);
     if (!temporary)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for a file name");
-    const int file = open(temporary, O_CREAT | O_WRONLY | O_CLOEXEC, 0666);
+    const int file = open(temporary, O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
     const int fault = errno;
     if (file >= 0)
         close(file);

@@ -15,6 +15,9 @@
 #define NAME_BYTES     sizeof(((struct nn_weight *)0)->name)
 #define HEADER_BYTES   16 /* magic, version, CRC */
 
+static const char magic[] = "FEWRAYNN";
+enum { MAGIC_BYTES = sizeof magic - 1 };
+
 /* What is left of the file while it is read. */
 struct reader {
     const uint8_t *at;
@@ -123,7 +126,7 @@ static int read_tensors(struct reader *r, struct nn_weights *weights) {
 }
 
 static bool has_magic(const uint8_t *bytes, size_t size) {
-    return size >= 8 && memcmp(bytes, "FEWRAYNN", 8) == 0;
+    return size >= MAGIC_BYTES && memcmp(bytes, magic, MAGIC_BYTES) == 0;
 }
 
 static int read_header(struct reader *r) {

@@ -9,6 +9,9 @@
 
 #include "guide/scene/memory.h"
 
+/* <default>s of <default>s double at each level, as XML's entities do. */
+#define MAX_EXPANDED (16 << 20)
+
 static bool is_name_character(char c) {
     return isalnum((unsigned char)c) || c == '_' || c == '-';
 }
@@ -111,6 +114,13 @@ char *defines_expand(struct defines *defines, const char *text, void **blocks, c
         fewray_fail(error, FEWRAY_ERROR_FORMAT, file, line,
                     "$%.*s is not defined: add a <default> or give -D %.*s=VALUE", name_length,
                     unknown, name_length, unknown);
+        return NULL;
+    }
+    if (strchr(text, '$'))
+        defines->expanded += (size_t)length;
+    if (defines->expanded > MAX_EXPANDED) {
+        fewray_fail(error, FEWRAY_ERROR_FORMAT, file, line,
+                    "the values of its $names are longer than %d MiB together", MAX_EXPANDED >> 20);
         return NULL;
     }
     char *out = blocks_allocate(blocks, (size_t)length + 1);

@@ -18,6 +18,7 @@ struct defines {
     struct define *items;
     size_t count, capacity;
     void *blocks;
+    size_t expanded; /* bytes of all that defines_expand() made of texts with a $name */
 };
 
 /* Takes "name=value" pairs. */

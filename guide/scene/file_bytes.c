@@ -36,6 +36,13 @@ static int open_file(const char *path, int *descriptor, size_t *size, struct few
     return FEWRAY_OK;
 }
 
+int file_check_regular(const char *path, struct fewray_error *error) {
+    struct stat info;
+    if (stat(path, &info) || S_ISREG(info.st_mode))
+        return FEWRAY_OK;
+    return fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "isn't a regular file");
+}
+
 int file_read(const char *path, struct file_bytes *out, struct fewray_error *error) {
     int descriptor;
     *out = (struct file_bytes){0};

@@ -13,6 +13,9 @@ struct file_bytes {
 
 /* Reads the file, with a NUL behind its last byte. */
 int file_read(const char *path, struct file_bytes *out, struct fewray_error *error);
+/* Refuses folders, pipes and devices, which could be without end; FEWRAY_OK also where there is no
+ * such file, which is for whoever opens it to tell. */
+int file_check_regular(const char *path, struct fewray_error *error);
 void file_free(struct file_bytes *file);
 
 #endif

@@ -273,10 +273,25 @@ static int build_mesh(const struct loader *loader, const struct shape *shape, st
     return build_triangles(loader, shape, out);
 }
 
+/* Refuses a scene that places its files more often than memory has room for. */
+static int check_memory(struct loader *loader) {
+    double bytes = 0;
+    for (size_t i = 0; i < loader->shape_count; i++) {
+        const struct shape *shape = &loader->shapes[i];
+        if (shape->kind != SHAPE_FILE)
+            continue;
+        const struct mesh_data *mesh = &loader->assets.items[shape->asset].mesh;
+        bytes += 32.0 * mesh->vertex_count + 12.0 * mesh->triangle_count;
+    }
+    return fewray_memory_check(loader->path, "all meshes together", bytes, loader->error);
+}
+
 int meshes_build(struct loader *loader) {
     struct fewray_scene *scene = loader->scene;
     size_t count = loader->shape_count, first_failure = count;
-    int status = FEWRAY_OK;
+    int status = check_memory(loader);
+    if (status)
+        return status;
     scene->meshes = calloc(count + 1, sizeof(*scene->meshes));
     if (!scene->meshes)
         return loader_fail_memory(loader);

@@ -14,6 +14,8 @@
 #define HEADER_BYTES 4
 /* zlib makes a byte of at most so many. */
 #define MAX_RATIO 1032
+/* Bytes of a mesh's name. */
+#define MAX_NAME 65536
 
 enum serialized_flags {
     HAS_NORMALS = 0x1,
@@ -132,11 +134,12 @@ static int take_numbers(struct serialized *in, float *out, size_t count) {
 
 static int skip_name(struct serialized *in) {
     char c = 0;
-    int status = FEWRAY_OK;
-    do
-        status = take(in, &c, 1);
-    while (!status && c);
-    return status;
+    for (int i = 0; i < MAX_NAME; i++) {
+        const int status = take(in, &c, 1);
+        if (status || !c)
+            return status;
+    }
+    return fail(in, "the mesh's name is endless");
 }
 
 /* Refuses counts that the compressed bytes can't hold, before memory is taken for them. */
@@ -177,6 +180,10 @@ static int read_mesh(struct serialized *in, struct mesh_data *out) {
     if (!(flags & IS_SINGLE) == !in->is_double)
         return fail(in, "the mesh is neither of single nor of double precision");
     status = check_counts(in, vertices, triangles);
+    if (status)
+        return status;
+    status = fewray_memory_check(in->path, "the mesh",
+                                 32.0 * (double)vertices + 12.0 * (double)triangles, in->error);
     if (status)
         return status;
     if (!mesh_data_allocate(out, (size_t)vertices, (size_t)triangles, flags & HAS_NORMALS,

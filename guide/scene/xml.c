@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "guide/scene/file_bytes.h"
 #include "guide/scene/memory.h"
 #include "guide/scene/number.h"
 #include "guide/scene/xml_reader.h"
@@ -226,13 +227,15 @@ static int parse_stream(struct xml_reader *reader, FILE *file) {
 
 int xml_reader_read(struct xml_reader *reader, const char *path) {
     struct xml_source *outer = reader->source;
-    struct xml_source source = {.included = outer != NULL};
+    struct xml_source source = {.outer = outer, .included = outer != NULL};
     FILE *file = NULL;
     source.path = blocks_copy(&reader->document->blocks, path, strlen(path));
     source.parser = XML_ParserCreate(NULL);
     int status = FEWRAY_OK;
     if (!source.path || !source.parser)
         status = fewray_fail(reader->error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
+    else if ((status = file_check_regular(path, reader->error)))
+        ;
     else if (!(file = fopen(path, "rb")))
         status = fewray_fail(reader->error, FEWRAY_ERROR_IO, path, 0, "can't open the scene: %s",
                              strerror(errno));

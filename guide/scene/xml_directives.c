@@ -12,6 +12,8 @@
 #include "guide/scene/xml_reader.h"
 
 #define MAX_INCLUDES 16
+/* Files that include each other twice are exponentially many. */
+#define MAX_INCLUDED_FILES 1000
 
 bool xml_is_directive(const char *tag) {
     return !strcmp(tag, "include") || !strcmp(tag, "path") || !strcmp(tag, "alias");
@@ -45,6 +47,14 @@ char *xml_find_file(const struct xml_document *document, const char *filename) {
     return join(document->path, length, filename);
 }
 
+/* Whether the file at path is being read already. */
+static bool is_open(const struct xml_source *source, const char *path) {
+    for (; source; source = source->outer)
+        if (!strcmp(source->path, path))
+            return true;
+    return false;
+}
+
 static void include(struct xml_reader *reader, const struct xml_node *node) {
     const char *filename = xml_attribute(node, "filename");
     if (!filename || !*filename) {
@@ -60,9 +70,16 @@ static void include(struct xml_reader *reader, const struct xml_node *node) {
                         MAX_INCLUDES);
         return;
     }
+    if (++reader->include_count > MAX_INCLUDED_FILES) {
+        xml_reader_stop(reader, FEWRAY_ERROR_FORMAT, "more than %d files are included",
+                        MAX_INCLUDED_FILES);
+        return;
+    }
     char *path = xml_find_file(reader->document, filename);
     if (!path) {
         xml_reader_stop_without_memory(reader);
+    } else if (is_open(reader->source, path)) {
+        xml_reader_stop(reader, FEWRAY_ERROR_FORMAT, "%s includes itself", path);
     } else if (access(path, R_OK)) {
         xml_reader_stop(reader, FEWRAY_ERROR_IO, "included file %s is not there", path);
     } else {

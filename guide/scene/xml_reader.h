@@ -11,6 +11,7 @@
 
 /* A file being read. */
 struct xml_source {
+    const struct xml_source *outer; /* the file that includes it, or NULL */
     XML_Parser parser;
     const char *path; /* lives as long as the document */
     int depth;        /* of its own open elements */
@@ -23,6 +24,7 @@ struct xml_reader {
     struct xml_document *document;
     struct xml_node *current;
     int depth, include_depth;
+    int include_count; /* of all files, each as often as it is included */
     bool in_directive; /* within <include>, <path> or <alias>, which hold nothing */
     struct defines defines;
     struct fewray_error *error;

@@ -5,6 +5,7 @@
 
 #include <limits.h>
 #include <omp.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "features/pages.h"
@@ -52,6 +53,17 @@ static void picture_size(const struct camera *camera, const struct fewray_render
     *height = *height > 0 ? *height : 1;
 }
 
+/* The sums, and a frame of all layers, or refuses the size. */
+static int check_size(const struct fewray_film *film, const struct fewray_render_settings *settings,
+                      struct fewray_error *error) {
+    enum { FRAME_PLANES = 24 };
+    char what[64];
+    double pixel = sizeof(struct pixel_group) * (settings->initial > 0 ? 2 : 1) +
+                   sizeof(struct pixel_edge) + FRAME_PLANES * sizeof(float);
+    snprintf(what, sizeof(what), "a picture of %d x %d pixels", film->width, film->height);
+    return fewray_memory_check(NULL, what, pixel * film->width * film->height, error);
+}
+
 int fewray_film_create(const struct fewray_world *world,
                        const struct fewray_render_settings *settings, struct fewray_film **out,
                        struct fewray_error *error) {
@@ -64,6 +76,11 @@ int fewray_film_create(const struct fewray_world *world,
         film->wants_direct = settings->direct;
         film->wants_indirect = settings->indirect;
         const size_t pixels = (size_t)film->width * (size_t)film->height;
+        const int status = check_size(film, settings, error);
+        if (status) {
+            fewray_film_destroy(&film);
+            return status;
+        }
         for (int g = 0; g < GROUP_COUNT; g++)
             film->group[g] = pages_create(pixels * sizeof(*film->group[g]));
         film->edges = pages_create(pixels * sizeof(*film->edges));

@@ -91,10 +91,19 @@ static void test_failing_close_leaves_every_old_output(void **state) {
         break_call(k, "close", 1, EDQUOT);
 }
 
+/* LLVM's OpenMP library writes a file before main() has a say in what that signals. */
+#ifdef __clang__
+#define LIBOMP true
+#else
+#define LIBOMP false
+#endif
+
 /* No file may be larger than 0, 1 or 400 bytes: any output fails at its beginning or within; only
  * in the last case the line on stderr, a file too, has room. */
 static void test_file_size_limit_leaves_every_old_output(void **state) {
     (void)state;
+    if (LIBOMP)
+        skip();
     static const rlim_t sizes[] = {0, 1, 400};
     for (int k = 0; k < COMMAND_COUNT; k++)
         for (int i = k % 2; i < 3; i += 2 - k % 2) {

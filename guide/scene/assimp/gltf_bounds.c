@@ -2,9 +2,11 @@
 /* Whether a glTF's accessors lie within its buffers and have the types that their uses need (glTF
  * 2.0, 3.6 to 3.11): assimp 5.2 trusts most of it, and reads or writes beyond its arrays. */
 
+#include <stdio.h>
 #include <string.h>
 
 #include "guide/scene/assimp/gltf.h"
+#include "guide/scene/file_bytes.h"
 
 /* Component types, by OpenGL's numbers, as bits. */
 enum component {
@@ -64,7 +66,22 @@ static int components(const json_t *accessor) {
     return 0;
 }
 
+static bool starts_with(const char *text, const char *start) {
+    return !strncmp(text, start, strlen(start));
+}
+
 /* --- buffers, views, accessors */
+
+/* Whether a buffer's file, beside the scene, can be read at all. */
+static int check_uri(const struct bounds *in, const char *uri) {
+    char file[4096];
+    const char *slash = strrchr(in->path, '/');
+    const int folder = slash && uri[0] != '/' ? (int)(slash - in->path) + 1 : 0;
+    if (starts_with(uri, "data:"))
+        return FEWRAY_OK;
+    snprintf(file, sizeof(file), "%.*s%s", folder, in->path, uri);
+    return file_check_regular(file, in->error);
+}
 
 /* `body`: bytes of a .glb's binary chunk, which is its first buffer where that has no uri. Other
  * buffers' bytes are compared with byteLength by assimp. */
@@ -77,6 +94,10 @@ static int check_buffers(const struct bounds *in, size_t body) {
             return fail(in, "buffer", i, "has no byteLength");
         if (!json_object_get(buffer, "uri") && (i > 0 || (uint64_t)bytes > body))
             return fail(in, "buffer", i, "is longer than the file's binary chunk");
+        const char *uri = json_string_value(json_object_get(buffer, "uri"));
+        const int status = uri ? check_uri(in, uri) : FEWRAY_OK;
+        if (status)
+            return status;
     }
     return FEWRAY_OK;
 }
@@ -125,10 +146,6 @@ static const json_t *accessor_as(const struct bounds *in, const json_t *index, i
                    number(accessor, "count") >= items
                ? accessor
                : NULL;
-}
-
-static bool starts_with(const char *text, const char *start) {
-    return !strncmp(text, start, strlen(start));
 }
 
 static bool is_attribute(const struct bounds *in, const char *name, const json_t *index,

@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "features/module.h"
+#include "guide/scene/file_bytes.h"
 #include "guide/scene/memory.h"
 
 static const char *suffix(const char *path) {
@@ -68,32 +69,16 @@ int import_warn(struct import *import, const char *format, ...) {
     return FEWRAY_OK;
 }
 
-/* MTL files that the OBJ names but aren't there: assimp would take grey for them. */
-static int check_material_files(struct import *import) {
-    char line[1024], name[512];
-    int status = FEWRAY_OK;
-    FILE *file = fopen(import->path, "r");
-    const char *slash = strrchr(import->path, '/');
-    int folder = slash ? (int)(slash - import->path) + 1 : 0;
-    for (int i = 0; file && i < 1000 && !status && fgets(line, sizeof(line), file); i++)
-        if (sscanf(line, " mtllib %500[^\r\n]", name) == 1) {
-            snprintf(line, sizeof(line), "%.*s%s", folder, import->path, name);
-            if (access(line, R_OK))
-                status = import_warn(import, "its material file %s can't be read", name);
-        }
-    if (file)
-        fclose(file);
-    return status;
-}
-
 static int read_source(struct import *import) {
     unsigned flags = aiProcess_Triangulate | aiProcess_FlipUVs;
     int status = FEWRAY_OK;
     if (access(import->path, R_OK))
         return import_fail(import, FEWRAY_ERROR_IO, "can't read the file");
+    if ((status = file_check_regular(import->path, import->error)))
+        return status;
     if (is_obj(import->path)) {
         flags |= aiProcess_JoinIdenticalVertices;
-        status = check_material_files(import);
+        status = import_check_mtl(import);
     } else {
         status = gltf_read(import->path, &import->gltf, import->error);
     }

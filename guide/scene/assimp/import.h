@@ -125,4 +125,7 @@ int import_mesh(struct import *import, const struct aiMesh *source,
                 int group);
 int import_view(struct import *import);
 
+/* Refuses MTL files that assimp can't read safely, and warns of those that aren't there. */
+int import_check_mtl(struct import *import);
+
 #endif
