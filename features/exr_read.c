@@ -378,9 +378,6 @@ static int read_file(const char *path, bool pixels, struct fewray_frame **out,
     const exr_result_t code = exr_start_read(&exr, path, &settings);
     status = code == EXR_ERR_SUCCESS ? read_parts(exr, path, &complaint, size, pixels, out, error)
                                      : fail_exr(error, path, code, &complaint);
-    /* The library takes what stands before a broken attribute for the whole header. */
-    if (status == FEWRAY_OK && !pixels && complaint.text[0])
-        status = fail_exr(error, path, EXR_ERR_CORRUPT_CHUNK, &complaint);
     if (exr)
         exr_finish(&exr);
     if (status != FEWRAY_OK)

@@ -4,6 +4,8 @@
 
 /* What the files of this folder share and nobody else sees. */
 
+#include <stdio.h>
+
 #include "features/features.h"
 
 #ifdef __cplusplus
@@ -41,6 +43,10 @@ bool file_write_all(int fd, const void *data, size_t size, int64_t offset);
 
 /* A temporary file of this name isn't there any more: it became another one. */
 void temporary_forget(const char *name);
+
+/* Whether the attributes of an EXR file's headers lie within the file, of that size, and are as
+ * long as their types are. */
+bool exr_headers_fit(FILE *file, uint64_t size);
 
 /* The bytes of a PNG file, malloc'd; *bytes is NULL for a file of another format. */
 int png_load(const char *path, void **bytes, size_t *size, struct fewray_error *error);

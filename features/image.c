@@ -47,19 +47,17 @@ static bool is_exr(const void *bytes, size_t size) {
     return size >= sizeof magic && !memcmp(bytes, magic, sizeof magic);
 }
 
-/* OpenImageIO reads EXR files by OpenEXR's older library, which believes their headers: they are
- * checked by the newer one first. What frames don't support images may. */
-static int check_exr(const char *path, struct fewray_error *error) {
+static int check_exr(const char *path, uint64_t size, struct fewray_error *error) {
     unsigned char start[4] = {0};
     FILE *file = fopen(path, "rb");
     const bool exr =
         file && fread(start, 1, sizeof start, file) == sizeof start && is_exr(start, sizeof start);
-    struct fewray_frame *header = NULL;
+    const bool sound = !exr || exr_headers_fit(file, size);
     if (file)
         fclose(file);
-    const int status = exr ? fewray_frame_read_exr_header(path, &header, error) : FEWRAY_OK;
-    fewray_frame_destroy(&header);
-    return status == FEWRAY_ERROR_UNSUPPORTED ? FEWRAY_OK : status;
+    return sound ? FEWRAY_OK
+                 : fewray_fail(error, FEWRAY_ERROR_FORMAT, path, 0,
+                               "damaged or cut off: its header doesn't end within the file");
 }
 
 int fewray_image_read(const char *path, struct fewray_image **out, struct fewray_error *error) {
@@ -74,7 +72,7 @@ int fewray_image_read(const char *path, struct fewray_image **out, struct fewray
     int status = png_load(path, &bytes, &byte_count, error);
     if (!status && bytes)
         status = fewray_image_read_memory(path, bytes, byte_count, out, error);
-    else if (!status && !(status = check_exr(path, error)))
+    else if (!status && !(status = check_exr(path, size, error)))
         status = read_image(path, NULL, size, out, error);
     free(bytes);
     return status;

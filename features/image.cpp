@@ -44,6 +44,28 @@ int channels_kept(const OIIO::ImageSpec &spec) {
     return spec.nchannels == 3 || (spec.nchannels > 4 && spec.alpha_channel != 3) ? 3 : 4;
 }
 
+// Some rows at a time, up to the first failure: OpenImageIO collects a message of each strip or
+// tile, and ends the program where they come to 16 MB.
+bool read_rows(OIIO::ImageInput &input, const struct fewray_image &image, OIIO::TypeDesc type,
+               void *pixels) {
+    const OIIO::ImageSpec &spec = input.spec();
+    const bool tiled = spec.tile_width > 0;
+    const size_t row_bytes =
+        static_cast<size_t>(image.width) * static_cast<size_t>(image.channels) * type.size();
+    const int rows = tiled ? spec.tile_height : 1024;
+    if (rows < 1)
+        return false;
+    bool good = true;
+    for (int y = 0; y < image.height && good; y += std::min(rows, image.height - y)) {
+        void *to = static_cast<char *>(pixels) + static_cast<size_t>(y) * row_bytes;
+        const int begin = spec.y + y, end = begin + std::min(rows, image.height - y);
+        good = tiled ? input.read_tiles(0, 0, spec.x, spec.x + spec.width, begin, end, spec.z,
+                                        spec.z + 1, 0, image.channels, type, to)
+                     : input.read_scanlines(0, 0, begin, end, spec.z, 0, image.channels, type, to);
+    }
+    return good;
+}
+
 int read_pixels(OIIO::ImageInput &input, const char *path, struct fewray_image &image,
                 struct fewray_error *error) {
     const OIIO::ImageSpec &spec = input.spec();
@@ -60,8 +82,7 @@ int read_pixels(OIIO::ImageInput &input, const char *path, struct fewray_image &
         image.bytes = static_cast<uint8_t *>(pixels);
     else
         image.floats = static_cast<float *>(pixels);
-    if (!input.read_image(0, 0, 0, image.channels,
-                          is_bytes ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::FLOAT, pixels))
+    if (!read_rows(input, image, is_bytes ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::FLOAT, pixels))
         return fail_read(error, path, input.geterror());
     // Readers of some formats fill what a cut-off file lacks, and tell so only here. Surplus bytes
     // between the segments of a JPEG do no harm.
@@ -82,8 +103,8 @@ using namespace std::string_view_literals;
 const format formats[] = {
     {"png", "\x89PNG"sv, true},     {"jpeg", "\xff\xd8\xff"sv, false},
     {"openexr", "v/1\x01"sv, true}, {"hdr", "#?"sv, true},
-    {"tiff", "II*\0"sv, false},     {"tiff", "MM\0*"sv, false},
-    {"tiff", "II+\0"sv, false},     {"bmp", "BM"sv, true},
+    {"tiff", "II*\0"sv, true},      {"tiff", "MM\0*"sv, true},
+    {"tiff", "II+\0"sv, true},      {"bmp", "BM"sv, true},
     {"webp", "RIFF"sv, false},      {"pnm", "P1"sv, true},
     {"pnm", "P2"sv, true},          {"pnm", "P3"sv, true},
     {"pnm", "P4"sv, true},          {"pnm", "P5"sv, true},

@@ -109,7 +109,7 @@ int checkpoint_write(const char *path, const struct checkpoint_info *info, check
     if (written) {
         status = fewray_commit_file(temporary, path, error);
     } else {
-        unlink(temporary);
+        fewray_discard_file(temporary);
         status = fewray_fail(error, FEWRAY_ERROR_IO, path, 0, "can't write the checkpoint: %s",
                              strerror(fault ? fault : EIO));
     }

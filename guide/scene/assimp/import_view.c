@@ -2,6 +2,7 @@
 /* The film, and what a file may lack: a camera that shows all of it, and light. */
 
 #include <float.h>
+#include <math.h>
 
 #include "guide/scene/assimp/import.h"
 
@@ -58,10 +59,13 @@ static float framing_distance(const struct box *box, const struct vec3 axes[3], 
     return distance;
 }
 
-/* From the front, the right and above: y is up and the front looks along z in both formats. */
-static void frame_all(struct fewray_scene *scene) {
+/* From the front, the right and above: y is up and the front looks along z in both formats. False
+ * where floats don't reach that far. */
+static bool frame_all(struct fewray_scene *scene) {
     struct camera *camera = &scene->camera;
     struct box box = bounds(scene);
+    if (!(box.low.x <= box.high.x)) /* no surface at all */
+        box = (struct box){{0, 0, 0}, {0, 0, 0}};
     struct vec3 middle = scale(add(scale(box.low, 0.5f), scale(box.high, 0.5f)), 1);
     struct vec3 axes[3];
     axes[2] = normalize(vec(-0.55f, -0.4f, -1));
@@ -73,9 +77,13 @@ static void frame_all(struct fewray_scene *scene) {
     struct vec3 eye = sub(middle, scale(axes[2], distance > 0 ? distance : 1));
     const float rows[12] = {axes[0].x, axes[1].x, axes[2].x, eye.x,     axes[0].y, axes[1].y,
                             axes[2].y, eye.y,     axes[0].z, axes[1].z, axes[2].z, eye.z};
-    for (int i = 0; i < 12; i++)
-        camera->to_world[i] = rows[i];
     camera->fov_x = FRAMING_FOV;
+    for (int i = 0; i < 12; i++) {
+        if (!isfinite(rows[i]))
+            return false;
+        camera->to_world[i] = rows[i];
+    }
+    return true;
 }
 
 static void set_film(struct import *import) {
@@ -98,8 +106,9 @@ int import_view(struct import *import) {
     struct fewray_scene *scene = import->scene;
     int status = FEWRAY_OK;
     set_film(import);
-    if (!import->has_camera)
-        frame_all(scene);
+    if (!import->has_camera && !frame_all(scene))
+        return import_fail(import, FEWRAY_ERROR_FORMAT,
+                           "its surfaces reach too far for a camera to show all of them");
     if (!shines(scene)) {
         scene->environment.kind = ENVIRONMENT_CONSTANT;
         scene->environment.radiance = vec(1, 1, 1);
