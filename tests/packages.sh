@@ -6,9 +6,8 @@
 
 BUILD_PACKAGES="cmake ninja-build gcc g++ libc6-dev pkg-config libembree-dev libopenexr-dev libopenimageio-dev
 libdeflate-dev libpng-dev libopencv-dev libexpat1-dev libjansson-dev libassimp-dev zlib1g-dev"
-FUZZ_PACKAGES="clang-14 libclang-rt-14-dev libomp-14-dev"
+CLANG_PACKAGES="clang-14 libclang-rt-14-dev libomp-14-dev"
 TEST_PACKAGES="libcmocka-dev openmpi-bin libopenmpi-dev"
-SANITIZE_PACKAGES="clang-14 libclang-rt-14-dev libomp-14-dev"
 
 install_missing() {
     missing=""

@@ -14,7 +14,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 . tests/packages.sh
-install_missing $BUILD_PACKAGES $TEST_PACKAGES $SANITIZE_PACKAGES
+install_missing $BUILD_PACKAGES $TEST_PACKAGES $CLANG_PACKAGES
 
 [ $# -gt 0 ] || set -- asan tsan
 for preset in "$@"; do

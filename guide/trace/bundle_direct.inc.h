@@ -59,15 +59,15 @@ static void find_proposals(struct bundle *b, const struct vertices *v, int depth
 }
 
 /* Shadow rays to the lights that were picked, where they can be of use. */
-static void aim(const struct fewray_world *world, const struct vertices *v,
-                const struct light_lanes *lights, const int alive[LANES], struct shadows *out) {
+static void aim(float unit, const struct vertices *v, const struct light_lanes *lights,
+                const int alive[LANES], struct shadows *out) {
     EACH_LANE(i) {
         struct vec3 p = lane_get(&v->position, i), g = lane_get(&v->geometric_normal, i);
         struct vec3 d = lane_get(&lights->direction, i), q = lane_get(&lights->position, i);
         bool distant = lights->distant[i];
         struct vec3 to =
             vec(distant ? d.x : q.x - p.x, distant ? d.y : q.y - p.y, distant ? d.z : q.z - p.z);
-        struct vec3 origin = offset_origin(world, p, g, to);
+        struct vec3 origin = offset_origin(unit, p, g, to);
         to = vec(distant ? d.x : q.x - origin.x, distant ? d.y : q.y - origin.y,
                  distant ? d.z : q.z - origin.z);
         set_ray(&out->rays, i, origin, to, distant ? INFINITY : SHADOW_REACH);
@@ -86,7 +86,7 @@ static void pick_lights(struct bundle *b, const struct vertices *v, struct shado
     lanes_2d(b->seed, b->index, b->dimension, pick);
     lanes_2d(b->seed, b->index, b->dimension, u);
     light_lanes_sample(b->in->world, b->alive, &v->position, &v->normal, pick[0], u, &out->lights);
-    aim(b->in->world, v, &out->lights, b->alive, out);
+    aim(b->in->world->unit, v, &out->lights, b->alive, out);
     light_lanes_shine(b->in->world, out->wanted, &out->lights);
     EACH_LANE(i) {
         struct vec3 e = mul(lane_get(&v->reflectance, i), lane_get(&out->lights.radiance, i));

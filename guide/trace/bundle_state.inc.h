@@ -119,12 +119,13 @@ static void camera_rays(struct bundle *b, const float x[LANES], const float y[LA
 
 /* Rays that leave the present vertices along the bounces. */
 static void bounce_rays(struct bundle *b, const struct vertices *v) {
+    const float unit = b->in->world->unit;
     EACH_LANE(i) {
         struct vec3 d = lane_get(&b->direction, i);
-        set_ray(&b->rays.ray, i,
-                offset_origin(b->in->world, lane_get(&v->position, i),
-                              lane_get(&v->geometric_normal, i), d),
-                d, INFINITY);
+        set_ray(
+            &b->rays.ray, i,
+            offset_origin(unit, lane_get(&v->position, i), lane_get(&v->geometric_normal, i), d), d,
+            INFINITY);
     }
 }
 

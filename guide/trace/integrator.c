@@ -112,7 +112,7 @@ static bool advance(const struct integrator *in, struct sampler *sampler,
 static bool find_hit(const struct integrator *in, const struct path_ray *ray, bool scatters,
                      struct surface *surface, struct surface **hit) {
     struct vec3 origin =
-        offset_origin(in->world, ray->position, ray->geometric_normal, ray->direction);
+        offset_origin(in->world->unit, ray->position, ray->geometric_normal, ray->direction);
     bool found = false, useful = true;
     if (scatters)
         found = surface_trace(in->world, origin, ray->direction, false, surface);
@@ -242,7 +242,7 @@ static bool first_vertex(const struct integrator *in, float x, float y, struct s
         if (!bsdf_sample(s, choice, u, &sample) || !advance(in, sampler, &sample, state, &unused))
             return false;
         direction = sample.direction;
-        origin = offset_origin(in->world, s->position, s->geometric_normal, direction);
+        origin = offset_origin(in->world->unit, s->position, s->geometric_normal, direction);
     }
 }
 

@@ -143,12 +143,13 @@ bool surface_trace_light(const struct fewray_world *world, struct vec3 origin,
 
 bool surface_blocked(const struct fewray_world *world, struct vec3 p, struct vec3 geometric_normal,
                      struct vec3 q) {
-    struct vec3 origin = offset_origin(world, p, geometric_normal, sub(q, p));
+    struct vec3 origin = offset_origin(world->unit, p, geometric_normal, sub(q, p));
     return embree_occluded(world->embree, origin, sub(q, origin), SHADOW_REACH);
 }
 
 bool surface_blocked_to_sky(const struct fewray_world *world, struct vec3 p,
                             struct vec3 geometric_normal, struct vec3 direction) {
-    return embree_occluded(world->embree, offset_origin(world, p, geometric_normal, direction),
-                           direction, INFINITY);
+    return embree_occluded(world->embree,
+                           offset_origin(world->unit, p, geometric_normal, direction), direction,
+                           INFINITY);
 }

@@ -56,10 +56,10 @@ static inline struct vec3 normalize_short(struct vec3 a) {
 
 /* Start of a ray that leaves p towards `towards`, off the surface by an epsilon of the position's
  * size, and of the world's unit. */
-static inline struct vec3 offset_origin(const struct fewray_world *world, struct vec3 p,
-                                        struct vec3 geometric_normal, struct vec3 towards) {
+static inline struct vec3 offset_origin(float unit, struct vec3 p, struct vec3 geometric_normal,
+                                        struct vec3 towards) {
     float size = max_float(max_float(fabsf(p.x), fabsf(p.y)), fabsf(p.z));
-    float epsilon = (world->unit + size) * 9e-5f;
+    float epsilon = (unit + size) * 9e-5f;
     return add(p, scale(geometric_normal, dot(geometric_normal, towards) < 0 ? -epsilon : epsilon));
 }
 

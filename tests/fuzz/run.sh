@@ -11,7 +11,7 @@ shift
 targets=${*:-$(ls tests/fuzz/seeds)}
 
 . tests/packages.sh
-install_missing $BUILD_PACKAGES $FUZZ_PACKAGES
+install_missing $BUILD_PACKAGES $CLANG_PACKAGES
 cmake --preset fuzz >/dev/null
 cmake --build build-fuzz
 
