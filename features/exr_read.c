@@ -206,7 +206,7 @@ struct part {
     int index;
     const char *name; /* NULL where the file has one part: it's no layer's name then */
     exr_storage_t storage;
-    bool zip; /* ZIP or ZIPS */
+    exr_compression_t compression;
     exr_attr_box2i_t window;
     const exr_attr_chlist_t *channels;
     int width, height;
@@ -214,23 +214,18 @@ struct part {
 
 static int read_header(exr_const_context_t exr, const char *path, const struct complaint *complaint,
                        struct part *part, struct fewray_error *error) {
-    exr_compression_t compression = EXR_COMPRESSION_NONE;
     exr_result_t code = exr_get_storage(exr, part->index, &part->storage);
     if (code == EXR_ERR_SUCCESS)
         code = exr_get_data_window(exr, part->index, &part->window);
     if (code == EXR_ERR_SUCCESS)
         code = exr_get_channels(exr, part->index, &part->channels);
     if (code == EXR_ERR_SUCCESS)
-        code = exr_get_compression(exr, part->index, &compression);
+        code = exr_get_compression(exr, part->index, &part->compression);
     if (code != EXR_ERR_SUCCESS)
         return fail_exr(error, path, code, complaint);
     if (part->storage != EXR_STORAGE_SCANLINE && part->storage != EXR_STORAGE_TILED)
         return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
                            "deep pictures aren't supported, flatten it first");
-    if (!compression_works(compression))
-        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
-                           "B44 and DWA compression aren't supported, store it with ZIP or PIZ");
-    part->zip = compression == EXR_COMPRESSION_ZIP || compression == EXR_COMPRESSION_ZIPS;
     const int64_t width = (int64_t)part->window.max.x - part->window.min.x + 1;
     const int64_t height = (int64_t)part->window.max.y - part->window.min.y + 1;
     if (!features_size_ok(width, height))
@@ -263,7 +258,8 @@ static int read_pixels(exr_const_context_t exr, const struct part *part, const c
                                   .frame = frame,
                                   .planes = planes,
                                   .tiled = part->storage == EXR_STORAGE_TILED,
-                                  .zip = part->zip,
+                                  .zip = part->compression == EXR_COMPRESSION_ZIP ||
+                                         part->compression == EXR_COMPRESSION_ZIPS,
                                   .min_y = part->window.min.y};
         exr_result_t code = plan_chunks(&grid);
         if (code == EXR_ERR_SUCCESS)
@@ -283,20 +279,26 @@ static double raw_bytes(const struct part *part) {
     return pixel * part->width * part->height;
 }
 
+/* Raw bytes that one byte of the file may hold at most. */
+static double greatest_ratio(exr_compression_t compression) {
+    /* DWA: blocks of 64 half floats as one, deflated. */
+    return compression_works(compression) ? FEATURES_MAX_RATIO : 64 * FEATURES_MAX_RATIO;
+}
+
 /* Refuses a part that can't be in what is left of the file, and one that would fill the memory,
- * before anything is allocated for it. *budget: raw bytes that the file can still hold. */
+ * before anything is allocated for it. *left: bytes of the file that no part has claimed yet. */
 static int check_size(exr_const_context_t exr, const struct part *part, const char *path,
-                      double *budget, struct fewray_error *error) {
+                      double *left, struct fewray_error *error) {
     int32_t chunks = 0;
     char what[96];
-    const double raw = raw_bytes(part);
+    const double bytes = raw_bytes(part) / greatest_ratio(part->compression);
     /* A chunk takes 8 bytes of the table of offsets, and 8 bytes of its own at least. */
-    if (exr_get_chunk_count(exr, part->index, &chunks) != EXR_ERR_SUCCESS || raw > *budget ||
-        chunks * 16.0 > *budget / FEATURES_MAX_RATIO)
+    if (exr_get_chunk_count(exr, part->index, &chunks) != EXR_ERR_SUCCESS || bytes > *left ||
+        chunks * 16.0 > *left)
         return fewray_fail(error, FEWRAY_ERROR_FORMAT, path, 0,
                            "damaged or cut off: the file can't hold %d x %d pixels of %d channels",
                            part->width, part->height, part->channels->num_channels);
-    *budget -= raw;
+    *left -= bytes;
     snprintf(what, sizeof what, "a picture of %d x %d pixels with %d channels", part->width,
              part->height, part->channels->num_channels);
     return fewray_memory_check(
@@ -326,43 +328,68 @@ static int read_attributes(exr_const_context_t exr, const char *path, struct few
     return FEWRAY_OK;
 }
 
+/* Checks all parts, of which only the first must be one that can be read. */
+static int check_parts(exr_const_context_t exr, const char *path, const struct complaint *complaint,
+                       int count, double left, struct part *first, struct fewray_error *error) {
+    int status = read_header(exr, path, complaint, first, error);
+    if (status == FEWRAY_OK)
+        status = check_size(exr, first, path, &left, error);
+    for (int i = 1; i < count && status == FEWRAY_OK; i++) {
+        struct part part = {.index = i};
+        if (read_header(exr, path, complaint, &part, NULL) == FEWRAY_OK)
+            status = check_size(exr, &part, path, &left, error);
+    }
+    return status;
+}
+
 /* The first part gives the frame its size; parts of another size and those that can't be read at
  * all, a deep one say, are no layers of the same picture. */
+static int read_layers(exr_const_context_t exr, const char *path, const struct complaint *complaint,
+                       int count, const struct part *first, struct fewray_frame *frame,
+                       struct fewray_error *error) {
+    int status = FEWRAY_OK;
+    for (int i = 0; i < count && status == FEWRAY_OK; i++) {
+        struct part part = {.index = i};
+        if (read_header(exr, path, complaint, &part, NULL) != FEWRAY_OK ||
+            !compression_works(part.compression) || !same_window(&part, first))
+            continue;
+        if (count > 1 && exr_get_name(exr, i, &part.name) != EXR_ERR_SUCCESS)
+            part.name = NULL;
+        status = read_pixels(exr, &part, path, complaint, frame, error);
+    }
+    return status;
+}
+
 static int read_parts(exr_const_context_t exr, const char *path, const struct complaint *complaint,
-                      uint64_t file_size, bool pixels, struct fewray_frame **out,
+                      uint64_t file_size, enum exr_wish wish, struct fewray_frame **out,
                       struct fewray_error *error) {
-    double budget = (double)file_size * FEATURES_MAX_RATIO;
     int count = 0, samples = 0;
     exr_result_t code = exr_get_count(exr, &count);
     if (code != EXR_ERR_SUCCESS)
         return fail_exr(error, path, code, complaint);
     struct part first = {.index = 0};
-    int status = read_header(exr, path, complaint, &first, error);
-    if (status == FEWRAY_OK)
-        status = fewray_frame_create(first.width, first.height, out, error);
+    int status = check_parts(exr, path, complaint, count, (double)file_size, &first, error);
+    if (status != FEWRAY_OK)
+        return status;
+    if (!compression_works(first.compression))
+        return wish == EXR_PIXELS_OR_FOREIGN
+                   ? EXR_IS_FOREIGN
+                   : fewray_fail(
+                         error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
+                         "B44 and DWA compression aren't supported, store it with ZIP or PIZ");
+    status = fewray_frame_create(first.width, first.height, out, error);
     if (status == FEWRAY_OK)
         status = read_attributes(exr, path, *out, error);
-    for (int i = 0; pixels && i < count && status == FEWRAY_OK; i++) {
-        struct part part = {.index = i};
-        if (i > 0 && (read_header(exr, path, complaint, &part, NULL) != FEWRAY_OK ||
-                      !same_window(&part, &first)))
-            continue;
-        if (i == 0)
-            part = first;
-        if (count > 1 && exr_get_name(exr, i, &part.name) != EXR_ERR_SUCCESS)
-            part.name = NULL;
-        status = check_size(exr, &part, path, &budget, error);
-        if (status == FEWRAY_OK)
-            status = read_pixels(exr, &part, path, complaint, *out, error);
-    }
+    if (status == FEWRAY_OK && wish != EXR_HEADER)
+        status = read_layers(exr, path, complaint, count, &first, *out, error);
     if (status == FEWRAY_OK &&
         exr_attr_get_int(exr, 0, "samplesPerPixel", &samples) == EXR_ERR_SUCCESS && samples > 0)
         (*out)->spp = samples;
     return status;
 }
 
-static int read_file(const char *path, bool pixels, struct fewray_frame **out,
-                     struct fewray_error *error) {
+int exr_read(const char *path, enum exr_wish wish, struct fewray_frame **out,
+             struct fewray_error *error) {
     *out = NULL;
     uint64_t size = 0;
     int status = file_check_readable(path, &size, error);
@@ -376,8 +403,11 @@ static int read_file(const char *path, bool pixels, struct fewray_frame **out,
     settings.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     exr_context_t exr = NULL;
     const exr_result_t code = exr_start_read(&exr, path, &settings);
-    status = code == EXR_ERR_SUCCESS ? read_parts(exr, path, &complaint, size, pixels, out, error)
+    status = code == EXR_ERR_SUCCESS ? read_parts(exr, path, &complaint, size, wish, out, error)
                                      : fail_exr(error, path, code, &complaint);
+    /* The library takes what stands before a broken attribute for the whole header. */
+    if (status == EXR_IS_FOREIGN && complaint.text[0])
+        status = fail_exr(error, path, EXR_ERR_CORRUPT_CHUNK, &complaint);
     if (exr)
         exr_finish(&exr);
     if (status != FEWRAY_OK)
@@ -386,10 +416,10 @@ static int read_file(const char *path, bool pixels, struct fewray_frame **out,
 }
 
 int fewray_frame_read_exr(const char *path, struct fewray_frame **out, struct fewray_error *error) {
-    return read_file(path, true, out, error);
+    return exr_read(path, EXR_PIXELS, out, error);
 }
 
 int fewray_frame_read_exr_header(const char *path, struct fewray_frame **out,
                                  struct fewray_error *error) {
-    return read_file(path, false, out, error);
+    return exr_read(path, EXR_HEADER, out, error);
 }

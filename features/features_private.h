@@ -44,9 +44,16 @@ bool file_write_all(int fd, const void *data, size_t size, int64_t offset);
 /* A temporary file of this name isn't there any more: it became another one. */
 void temporary_forget(const char *name);
 
-/* Whether the attributes of an EXR file's headers lie within the file, of that size, and are as
- * long as their types are. */
-bool exr_headers_fit(FILE *file, uint64_t size);
+/* What is wanted of an EXR file; the result is EXR_IS_FOREIGN where pixels are, the header is sound
+ * and fits the file's size, but OpenEXRCore doesn't know the compression. */
+enum exr_wish { EXR_HEADER, EXR_PIXELS, EXR_PIXELS_OR_FOREIGN };
+#define EXR_IS_FOREIGN 1
+int exr_read(const char *path, enum exr_wish wish, struct fewray_frame **out,
+             struct fewray_error *error);
+/* Of a frame's planes an image: R, G, B and A, of the first layer where they are in layers; else
+ * Y, R or the first plane, which is grey. */
+int exr_image(const struct fewray_frame *frame, const char *path, struct fewray_image **out,
+              struct fewray_error *error);
 
 /* The bytes of a PNG file, malloc'd; *bytes is NULL for a file of another format. */
 int png_load(const char *path, void **bytes, size_t *size, struct fewray_error *error);

@@ -47,17 +47,27 @@ static bool is_exr(const void *bytes, size_t size) {
     return size >= sizeof magic && !memcmp(bytes, magic, sizeof magic);
 }
 
-static int check_exr(const char *path, uint64_t size, struct fewray_error *error) {
-    unsigned char start[4] = {0};
+static bool is_exr_file(const char *path) {
+    unsigned char start[4];
     FILE *file = fopen(path, "rb");
-    const bool exr =
-        file && fread(start, 1, sizeof start, file) == sizeof start && is_exr(start, sizeof start);
-    const bool sound = !exr || exr_headers_fit(file, size);
+    const bool exr = file && is_exr(start, fread(start, 1, sizeof start, file));
     if (file)
         fclose(file);
-    return sound ? FEWRAY_OK
-                 : fewray_fail(error, FEWRAY_ERROR_FORMAT, path, 0,
-                               "damaged or cut off: its header doesn't end within the file");
+    return exr;
+}
+
+/* OpenImageIO reads EXR by OpenEXR's older library, which allocates what a header announces: it
+ * gets what no other can decode alone. */
+static int read_exr(const char *path, size_t size, struct fewray_image **out,
+                    struct fewray_error *error) {
+    struct fewray_frame *frame = NULL;
+    int status = exr_read(path, EXR_PIXELS_OR_FOREIGN, &frame, error);
+    if (status == EXR_IS_FOREIGN)
+        status = read_image(path, NULL, size, out, error);
+    else if (status == FEWRAY_OK)
+        status = exr_image(frame, path, out, error);
+    fewray_frame_destroy(&frame);
+    return status;
 }
 
 int fewray_image_read(const char *path, struct fewray_image **out, struct fewray_error *error) {
@@ -72,7 +82,9 @@ int fewray_image_read(const char *path, struct fewray_image **out, struct fewray
     int status = png_load(path, &bytes, &byte_count, error);
     if (!status && bytes)
         status = fewray_image_read_memory(path, bytes, byte_count, out, error);
-    else if (!status && !(status = check_exr(path, size, error)))
+    else if (!status && is_exr_file(path))
+        status = read_exr(path, size, out, error);
+    else if (!status)
         status = read_image(path, NULL, size, out, error);
     free(bytes);
     return status;

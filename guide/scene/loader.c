@@ -12,6 +12,8 @@
 #include "guide/scene/plugins.h"
 
 #define TEXT_BYTES 512
+/* More than anybody reads; each is compared with all before it. */
+#define WARNINGS_MAX 1000
 
 int loader_fail(struct loader *loader, enum fewray_status status, const struct xml_node *node,
                 const char *format, ...) {
@@ -48,8 +50,10 @@ int loader_warn(struct loader *loader, const struct xml_node *node, const char *
     va_start(arguments, format);
     vsnprintf(text, sizeof(text), format, arguments);
     va_end(arguments);
-    if (has_warning(scene, text))
+    if (scene->warning_count > WARNINGS_MAX || has_warning(scene, text))
         return FEWRAY_OK;
+    if (scene->warning_count == WARNINGS_MAX)
+        snprintf(text, sizeof(text), "there are more warnings, which are not shown");
     const char *file = node->file ? node->file : loader->path;
     size_t size = strlen(file) + strlen(text) + 32;
     char *line = malloc(size);

@@ -129,6 +129,34 @@ static void test_exr_gives_floats_in_the_order_rgba(void **state) {
     }
 }
 
+static void test_exr_gives_the_colour_of_its_first_layer(void **state) {
+    (void)state;
+    static const struct {
+        const char *names[4];
+        int channels;
+        float first[3]; /* numbers in names */
+    } cases[] = {
+        {{"a.R", "a.G", "a.B", "z"}, 3, {0, 1, 2}},
+        {{"a.R", "B", "G", "R"}, 3, {3, 2, 1}},
+        {{"depth.Z", "Y"}, 1, {1}},
+        {{"depth.Z"}, 1, {0}},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct fewray_frame *frame = NULL;
+        struct fewray_image *image = NULL;
+        assert_int_equal(fewray_frame_create(1, 1, &frame, NULL), FEWRAY_OK);
+        for (int c = 0; c < 4 && cases[k].names[c]; c++)
+            fewray_frame_add(frame, cases[k].names[c])[0] = (float)c;
+        assert_int_equal(fewray_frame_write_exr(frame, exr, true, NULL), FEWRAY_OK);
+        assert_int_equal(fewray_image_read(exr, &image, NULL), FEWRAY_OK);
+        assert_int_equal(image->channels, cases[k].channels);
+        for (int c = 0; c < image->channels; c++)
+            assert_true(image->floats[c] == cases[k].first[c]);
+        fewray_image_destroy(&image);
+        fewray_frame_destroy(&frame);
+    }
+}
+
 static void need_refusal(const char *path) {
     struct fewray_image *image = NULL;
     struct fewray_error error;
@@ -200,6 +228,7 @@ int main(void) {
         cmocka_unit_test(test_an_image_in_memory_is_read_as_its_file),
         cmocka_unit_test(test_frame_becomes_srgb),
         cmocka_unit_test(test_exr_gives_floats_in_the_order_rgba),
+        cmocka_unit_test(test_exr_gives_the_colour_of_its_first_layer),
         cmocka_unit_test(test_damaged_images_are_refused_without_a_word),
         cmocka_unit_test(test_png_into_a_missing_folder_is_refused),
         cmocka_unit_test(test_images_are_read_in_parallel),

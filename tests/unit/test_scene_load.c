@@ -355,6 +355,22 @@ static void test_unused_parameters_are_warned_of_once(void **state) {
     fewray_scene_destroy(&scene);
 }
 
+static void test_warnings_without_end_are_cut(void **state) {
+    enum { PARAMETERS = 1200, SHOWN = 1000 };
+    char *text = malloc(PARAMETERS * 64), *end = text;
+    (void)state;
+    assert_non_null(text);
+    end += sprintf(end, "<shape type='cube'>");
+    for (int i = 0; i < PARAMETERS; i++)
+        end += sprintf(end, "<float name='x%d' value='1'/>", i);
+    sprintf(end, "</shape>");
+    struct fewray_scene *scene = scratch_scene(text);
+    assert_int_equal(scene->warning_count, SHOWN + 1);
+    assert_non_null(strstr(scene->warnings[SHOWN], "more warnings"));
+    fewray_scene_destroy(&scene);
+    free(text);
+}
+
 static void test_a_scene_may_be_empty(void **state) {
     struct fewray_scene *scene = scratch_scene("");
     (void)state;
@@ -379,6 +395,7 @@ int main(void) {
         cmocka_unit_test(test_textures_of_unused_materials_are_not_read),
         cmocka_unit_test(test_environment_map_is_float_rgb),
         cmocka_unit_test(test_unused_parameters_are_warned_of_once),
+        cmocka_unit_test(test_warnings_without_end_are_cut),
         cmocka_unit_test(test_a_scene_may_be_empty),
     };
     return cmocka_run_group_tests(tests, scratch_create, scratch_remove);
