@@ -63,10 +63,19 @@ static int take_planes(struct fewray_frame *frame, const char *const names[3], i
     return FEWRAY_OK;
 }
 
-static void give_back(const struct fewray_frame *frame, const struct fewray_denoise_layer *layer) {
-    for (int c = 0; c < 3; c++)
-        if (layer->in.channel[c])
-            memcpy(layer->out[c], layer->in.channel[c], plane_bytes(frame));
+/* The other way round: the frame is as it was. */
+static void give_back(struct fewray_frame *frame, const struct fewray_denoise_layer *layer) {
+    for (int c = 0; c < 3; c++) {
+        const float *noisy = layer->in.channel[c];
+        if (!noisy)
+            continue;
+        memcpy(layer->out[c], noisy, plane_bytes(frame));
+        for (size_t i = 0; i < frame->plane_count; i++)
+            if (frame->planes[i].data == noisy) {
+                fewray_frame_remove(frame, frame->planes[i].name);
+                break;
+            }
+    }
 }
 
 /* NAME or NAME:emission. */

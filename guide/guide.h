@@ -219,6 +219,9 @@ FEWRAY_API int fewray_trace_look(const struct fewray_world *world,
                                  struct fewray_render_stats *stats, struct fewray_error *error);
 FEWRAY_API void fewray_look_destroy(struct fewray_look **look);
 
+/* Whether fewray_maps_create() will be able to use a file of the guide's network: it is read and
+ * dropped. */
+FEWRAY_API int fewray_maps_check_weights(const char *path, struct fewray_error *error);
 /* Pools the look's second vertices in probes (settings->probes), gathers its records around grid
  * points, fills them by the network and makes sampling maps of them. Adds averages to the look's
  * records. */

@@ -137,7 +137,8 @@ struct fewray_run_stats {
 
 /* Loads, looks, guides, renders, denoises and writes. *picture (picture may be NULL) gets the frame
  * and is owned by the caller; stats may be NULL. Where settings.cancel ends the work, what is done
- * so far is written all the same, without the denoiser, and FEWRAY_ERROR_CANCELLED returned. */
+ * so far is written all the same, without the denoiser, and FEWRAY_ERROR_CANCELLED returned; so is
+ * the picture that a denoiser failed on, with the denoiser's error. */
 FEWRAY_API int fewray_job_run(const struct fewray_job *job, struct fewray_frame **picture,
                               struct fewray_run_stats *stats, struct fewray_error *error);
 

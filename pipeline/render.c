@@ -256,6 +256,7 @@ int run_denoise(struct run *run, struct fewray_error *error) {
         status =
             fewray_denoise_frame_layers(denoiser, run->frame, parts, part_count, &stats, error);
     fewray_denoiser_destroy(&denoiser);
+    run->undenoised = status && status != FEWRAY_ERROR_CANCELLED;
     run->stats.tiles = stats.tiles;
     run->stats.tiles_denoised = stats.tiles_denoised;
     run->stats.denoise_s += clock_lap(&run->lap);
@@ -323,6 +324,15 @@ static int write_what_is_done(struct run *run, struct fewray_error *error) {
         how, file);
 }
 
+/* The samples aren't lost to a denoiser that fails. */
+static void write_undenoised(struct run *run, int status, struct fewray_error *error) {
+    if (write(run, NULL) || !error)
+        return;
+    const struct fewray_error why = *error;
+    fewray_fail(error, status, why.file, why.line, "%s; the picture is written undenoised",
+                why.what);
+}
+
 static void tell_warnings(const struct run *run) {
     const struct fewray_scene_summary summary = fewray_scene_summarize(run->scene);
     for (int i = 0; i < summary.warning_count; i++)
@@ -383,8 +393,12 @@ int shot_run_frame(const struct fewray_job *job, struct shot *shot, struct fewra
             status = write_what_is_done(&run, error);
         else if (status == PART_IS_THERE)
             status = FEWRAY_OK;
-        else if (run.checkpoint.traced) /* a full disk, say: the samples aren't lost */
-            run_checkpoint_stop(&run);
+        else {
+            if (run.checkpoint.traced) /* a full disk, say: the samples aren't lost */
+                run_checkpoint_stop(&run);
+            if (run.undenoised)
+                write_undenoised(&run, status, error);
+        }
     } else {
         run_checkpoint_remove(&run);
         if (job->warn)

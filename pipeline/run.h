@@ -31,6 +31,7 @@ struct run {
     struct planner *planner; /* NULL: no goal, settings.spp samples everywhere */
     enum fewray_denoise_model model;
     bool edges_traced; /* of a render to a goal */
+    bool undenoised;   /* the denoiser failed: the frame is as it was */
     struct run_progress progress;
     struct preview preview;
     struct run_checkpoint checkpoint;

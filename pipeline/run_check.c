@@ -44,6 +44,18 @@ static int check_checkpoint(const struct run *run, struct fewray_error *error) {
     return outputs_check(&(struct fewray_outputs){.exr = job->checkpoint}, error);
 }
 
+/* A render that ran all night shouldn't end with a damaged file. */
+static int check_weights(const struct fewray_job *job, struct fewray_error *error) {
+    struct fewray_denoiser *denoiser = NULL;
+    int status = FEWRAY_OK;
+    if (job->denoised && job->denoise.weights_path)
+        status = fewray_denoiser_create(&job->denoise, &denoiser, error);
+    fewray_denoiser_destroy(&denoiser);
+    if (!status && job->guided && !job->ppg && job->settings.weights_path)
+        status = fewray_maps_check_weights(job->settings.weights_path, error);
+    return status;
+}
+
 int run_check(const struct run *run, struct fewray_error *error) {
     if (run->settings.team && run->settings.team->size > 1 && run->job->guided && run->job->ppg)
         return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, run->job->scene_path, 0,
@@ -60,6 +72,8 @@ int run_check(const struct run *run, struct fewray_error *error) {
     int status = check_part(run->job, &run->settings, error);
     if (!status)
         status = check_checkpoint(run, error);
+    if (!status)
+        status = check_weights(run->job, error);
     return status ? status : outputs_check(&run->outputs, error);
 }
 

@@ -338,6 +338,13 @@ static int build_maps(const struct fewray_look *look, const struct fewray_render
     return status;
 }
 
+int fewray_maps_check_weights(const char *path, struct fewray_error *error) {
+    struct odis_weights *weights = NULL;
+    const int status = odis_weights_load(path, &weights, error);
+    odis_weights_destroy(&weights);
+    return status;
+}
+
 int fewray_maps_create(struct fewray_look *look, const struct fewray_render_settings *settings,
                        struct fewray_maps **out, struct fewray_render_stats *stats,
                        struct fewray_error *error) {

@@ -14,6 +14,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "tests/unit/sanitized.h"
 #include "tests/unit/scratch_folder.h"
 
 #define SCENE EXAMPLES "/cornell-box.xml"
@@ -22,17 +23,7 @@
 #define RENDER_WHOLE "render " SCENE " --width 16 --spp 2 --threads 2 --pilot off"
 
 /* Sanitizers want to be the first library and own the allocator: nothing is preloaded with them. */
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define FAULT_PRELOADS false
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define FAULT_PRELOADS false
-#else
-#define FAULT_PRELOADS true
-#endif
-#else
-#define FAULT_PRELOADS true
-#endif
+#define FAULT_PRELOADS !SANITIZED
 
 /* Beyond this many seconds a command hangs: the slowest takes a tenth of one. */
 enum { HANG_SECONDS = 60 };

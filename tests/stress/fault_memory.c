@@ -157,7 +157,8 @@ static int prepare(void **state) {
     return status;
 }
 
-/* Removes outputs; they must be readable, and all there where the work is done. */
+/* Removes outputs; they must be readable, and there only where the work is done, all but for the
+ * denoiser maybe. */
 static void check_outputs(const char *what, bool done) {
     DIR *entries = opendir(folder);
     assert_non_null(entries);
@@ -211,7 +212,7 @@ static void fail_at(const struct work *work, long n, int later) {
         fail_msg("%s: leaks %ld blocks (%s)", what, wrap_live() - before, error.what);
     if (status && !strstr(error.what, "memory"))
         fail_msg("%s: status %d doesn't say memory: %s", what, status, error.what);
-    check_outputs(what, !status);
+    check_outputs(what, !status || strstr(error.what, "undenoised"));
 }
 
 static void test_failing_allocation_ends_the_work_with_a_line(void **state) {

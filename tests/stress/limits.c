@@ -16,16 +16,11 @@
 
 #include "denoise/denoise.h"
 #include "pipeline/stats.h"
+#include "tests/unit/sanitized.h"
 #include "tests/unit/scratch_folder.h"
 
 enum { MEMORY_MOST = 512 }; /* MiB resident */
 enum { CPU_MOST = 30 };     /* s of one process */
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-enum { SANITIZED = 1 };
-#else
-enum { SANITIZED = 0 };
-#endif
 
 #define SENSOR "<sensor type='perspective'><film type='hdrfilm'/></sensor>"
 #define SHAPE(type, file)                                                                          \
