@@ -19,7 +19,7 @@ struct chunk_grid {
     exr_const_context_t exr;
     int part;
     const struct fewray_frame *frame;
-    float *const *planes; /* one a channel, in the file's order; NULL: not wanted */
+    float *const *planes; /* one a channel, in the file's order */
     bool tiled, zip;
     int min_y;                     /* of the data window */
     int chunk_width, chunk_height; /* pixels; those at the right and bottom edges may be smaller */
@@ -144,8 +144,7 @@ static exr_result_t read_chunk(const struct chunk_grid *grid, int column, int ro
         channel->user_bytes_per_element = sizeof(float);
         channel->user_pixel_stride = sizeof(float);
         channel->user_line_stride = width * (int)sizeof(float);
-        channel->decode_to_ptr =
-            grid->planes[c] ? (uint8_t *)(grid->planes[c] + (size_t)y * (size_t)width + x) : NULL;
+        channel->decode_to_ptr = (uint8_t *)(grid->planes[c] + (size_t)y * (size_t)width + x);
     }
     if (first)
         code = exr_decoding_choose_default_routines(grid->exr, grid->part, decode);
@@ -241,6 +240,21 @@ static int read_header(exr_const_context_t exr, const char *path, const struct c
     return FEWRAY_OK;
 }
 
+/* OpenEXRCore would write to NULL for a channel that isn't wanted: such ones share a spare plane,
+ * which the caller frees. */
+static int spare_plane(const struct fewray_frame *frame, float **planes, int count, float **spare,
+                       const char *path, struct fewray_error *error) {
+    const size_t pixels = (size_t)frame->width * (size_t)frame->height;
+    for (int c = 0; c < count; c++) {
+        if (planes[c])
+            continue;
+        if (!*spare && !(*spare = malloc(pixels * sizeof(float))))
+            return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
+        planes[c] = *spare;
+    }
+    return FEWRAY_OK;
+}
+
 /* Adds the pixels of a part to the frame. */
 static int read_pixels(exr_const_context_t exr, const struct part *part, const char *path,
                        const struct complaint *complaint, struct fewray_frame *frame,
@@ -248,10 +262,13 @@ static int read_pixels(exr_const_context_t exr, const struct part *part, const c
     if (frame->plane_count + (size_t)part->channels->num_channels > FEATURES_MAX_CHANNELS)
         return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0, "more than %d channels",
                            FEATURES_MAX_CHANNELS);
-    float **planes = calloc((size_t)part->channels->num_channels, sizeof *planes);
+    const int count = part->channels->num_channels;
+    float *spare = NULL, **planes = calloc((size_t)count, sizeof *planes);
     if (!planes)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
     int status = add_channels(part->channels, part->name, path, frame, planes, error);
+    if (status == FEWRAY_OK)
+        status = spare_plane(frame, planes, count, &spare, path, error);
     if (status == FEWRAY_OK) {
         struct chunk_grid grid = {.exr = exr,
                                   .part = part->index,
@@ -267,6 +284,7 @@ static int read_pixels(exr_const_context_t exr, const struct part *part, const c
         if (code != EXR_ERR_SUCCESS)
             status = fail_exr(error, path, code, complaint);
     }
+    free(spare);
     free(planes);
     return status;
 }

@@ -6,7 +6,7 @@
 
 BUILD_PACKAGES="cmake ninja-build gcc g++ libc6-dev pkg-config libembree-dev libopenexr-dev libopenimageio-dev
 libdeflate-dev libpng-dev libopencv-dev libexpat1-dev libjansson-dev libassimp-dev zlib1g-dev"
-CLANG_PACKAGES="clang-14 libclang-rt-14-dev libomp-14-dev"
+CLANG_PACKAGES="clang-14 libclang-rt-14-dev libomp-14-dev llvm-14" # which has the symbolizer that suppressions go by
 TEST_PACKAGES="libcmocka-dev openmpi-bin libopenmpi-dev"
 
 install_missing() {
