@@ -6,6 +6,7 @@
 
 #include "scene_scratch.h"
 
+#include "features/cancel.h"
 #include "pipeline/pipeline.h"
 
 #define SCENE EXAMPLES "/cornell-box.xml"
@@ -27,7 +28,7 @@ static inline void stop_at(void *user, const char *phase, double part) {
     struct stopper *stopper = user;
     const bool tile = part > 0 && (!strcmp(phase, "render") || !strcmp(phase, "first look"));
     if ((stopper->phase ? !strcmp(phase, stopper->phase) : tile) && --stopper->calls == 0)
-        stopper->cancel = 1;
+        cancel_set(&stopper->cancel);
 }
 
 static inline void take_note(void *user, const char *text) {
