@@ -189,6 +189,8 @@ FEWRAY_API void fewray_frame_repair_radiance(const struct fewray_frame *frame, f
 
 /* Name of a temporary file beside path (in the same folder), malloc'd; NULL without memory. */
 FEWRAY_API char *fewray_temporary_name(const char *path);
+/* Refuses a path that is there and isn't a regular file: none of the writers replaces such. */
+FEWRAY_API int fewray_check_replaceable(const char *path, struct fewray_error *error);
 /* Renames temporary to path; on failure removes temporary and reports path. */
 FEWRAY_API int fewray_commit_file(const char *temporary, const char *path,
                                   struct fewray_error *error);

@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 /* Renaming onto a device or a pipe would replace it by a plain file. */
-static int check_replaceable(const char *path, struct fewray_error *error) {
+int fewray_check_replaceable(const char *path, struct fewray_error *error) {
     struct stat info;
     if (stat(path, &info) != 0 || S_ISREG(info.st_mode))
         return FEWRAY_OK;
@@ -20,7 +20,7 @@ static int check_replaceable(const char *path, struct fewray_error *error) {
 }
 
 int fewray_commit_file(const char *temporary, const char *path, struct fewray_error *error) {
-    const int status = check_replaceable(path, error);
+    const int status = fewray_check_replaceable(path, error);
     if (status != FEWRAY_OK) {
         fewray_discard_file(temporary);
         return status;
@@ -39,7 +39,7 @@ int file_create_temporary(const char *path, char **temporary, struct fewray_erro
     *temporary = NULL;
     if (!path[0])
         return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0, "the output file has no name");
-    const int status = check_replaceable(path, error);
+    const int status = fewray_check_replaceable(path, error);
     if (status != FEWRAY_OK)
         return status;
     char *name = fewray_temporary_name(path);

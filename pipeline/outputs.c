@@ -36,16 +36,8 @@ bool outputs_clash(const struct fewray_outputs *outputs) {
     return false;
 }
 
-static int check_replaceable(const char *path, struct fewray_error *error) {
-    struct stat info;
-    if (!stat(path, &info) && !S_ISREG(info.st_mode))
-        return fewray_fail(error, FEWRAY_ERROR_IO, path, 0,
-                           "this is no regular file; give another name for the output");
-    return FEWRAY_OK;
-}
-
 static int check_path(const char *path, struct fewray_error *error) {
-    const int status = check_replaceable(path, error);
+    const int status = fewray_check_replaceable(path, error);
     if (status)
         return status;
     char *temporary = fewray_temporary_name(path);
@@ -136,7 +128,7 @@ static int commit_all(struct staged_file *list, int count, struct fewray_error *
     enum { NOT_YET, NEW, EXCHANGED, RENAMED } fate[OUTPUT_MAX] = {NOT_YET};
     int status = FEWRAY_OK;
     for (int i = 0; i < count && !status; i++)
-        status = check_replaceable(list[i].path, error);
+        status = fewray_check_replaceable(list[i].path, error);
     for (int i = 0; i < count && !status; i++) {
         const bool exchanged = exchange(&list[i]);
         fate[i] = exchanged ? EXCHANGED : errno == ENOENT ? NEW : RENAMED;

@@ -136,7 +136,7 @@ static void check_scene_mesh(const struct fewray_scene *scene, const struct mesh
         FUZZ_CHECK(isfinite(mesh->uvs[i]));
 }
 
-void fuzz_check_scene(const struct fewray_scene *scene) {
+static void check_scene(const struct fewray_scene *scene) {
     FUZZ_CHECK(scene->camera.width > 0 && scene->camera.height > 0);
     for (int i = 0; i < 12; i++)
         FUZZ_CHECK(isfinite(scene->camera.to_world[i]));
@@ -150,4 +150,16 @@ void fuzz_check_scene(const struct fewray_scene *scene) {
     }
     for (int i = 0; i < scene->warning_count; i++)
         FUZZ_CHECK(!strpbrk(scene->warnings[i], "\r\n"));
+}
+
+int fuzz_load_scene(const char *path, const struct fewray_scene_options *options) {
+    struct fewray_scene *scene = NULL;
+    struct fewray_error error = {0};
+    const int status = fewray_scene_load(path, options, &scene, &error);
+    fuzz_check_error(status, &error);
+    FUZZ_CHECK(!status == !!scene);
+    if (scene)
+        check_scene(scene);
+    fewray_scene_destroy(&scene);
+    return status;
 }

@@ -42,7 +42,8 @@ const char *fuzz_files(const uint8_t *data, size_t size, const char *first,
 void fuzz_check_error(int status, const struct fewray_error *error);
 /* ... where an index of a mesh lies beyond its vertices or a position isn't finite. */
 void fuzz_check_mesh(const struct mesh_data *mesh);
-/* ... where a scene refers to what it doesn't have, or has a mesh that can't be. */
-void fuzz_check_scene(const struct fewray_scene *scene);
+/* Loads a scene; ... where it refers to what it doesn't have, or has a mesh that can't be. Returns
+ * the loader's status. */
+int fuzz_load_scene(const char *path, const struct fewray_scene_options *options);
 
 #endif

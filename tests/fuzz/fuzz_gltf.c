@@ -13,13 +13,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const struct fewray_scene_options options = {.threads = 1};
     const char *path =
         binary ? fuzz_file("scene.glb", data, size) : fuzz_files(data, size, "scene.gltf", names);
-    struct fewray_scene *scene = NULL;
-    struct fewray_error error = {0};
-    const int status = fewray_scene_load(path, &options, &scene, &error);
-    fuzz_check_error(status, &error);
-    FUZZ_CHECK(!status == !!scene);
-    if (scene)
-        fuzz_check_scene(scene);
-    fewray_scene_destroy(&scene);
+    fuzz_load_scene(path, &options);
     return 0;
 }

@@ -8,14 +8,6 @@ static const char *const names[] = {"scene.mtl", "image.png", NULL};
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const struct fewray_scene_options options = {.threads = 1};
-    struct fewray_scene *scene = NULL;
-    struct fewray_error error = {0};
-    const int status =
-        fewray_scene_load(fuzz_files(data, size, "scene.obj", names), &options, &scene, &error);
-    fuzz_check_error(status, &error);
-    FUZZ_CHECK(!status == !!scene);
-    if (scene)
-        fuzz_check_scene(scene);
-    fewray_scene_destroy(&scene);
+    fuzz_load_scene(fuzz_files(data, size, "scene.obj", names), &options);
     return 0;
 }

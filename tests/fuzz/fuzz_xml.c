@@ -8,15 +8,7 @@ static const char *const names[] = {"part.xml", "mesh.obj", "mesh.ply", "curve.s
 
 static int load(const char *path, bool lenient) {
     const struct fewray_scene_options options = {.threads = 1, .frame = "3", .lenient = lenient};
-    struct fewray_scene *scene = NULL;
-    struct fewray_error error = {0};
-    const int status = fewray_scene_load(path, &options, &scene, &error);
-    fuzz_check_error(status, &error);
-    FUZZ_CHECK(!status == !!scene);
-    if (scene)
-        fuzz_check_scene(scene);
-    fewray_scene_destroy(&scene);
-    return status;
+    return fuzz_load_scene(path, &options);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

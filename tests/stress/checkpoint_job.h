@@ -80,19 +80,6 @@ static inline bool exists(const char *path) {
     return access(path, F_OK) == 0;
 }
 
-static inline bool same_files(const char *a, const char *b) {
-    FILE *files[2] = {fopen(a, "rb"), fopen(b, "rb")};
-    int bytes[2];
-    assert_true(files[0] && files[1]);
-    do
-        for (int k = 0; k < 2; k++)
-            bytes[k] = fgetc(files[k]);
-    while (bytes[0] == bytes[1] && bytes[0] != EOF);
-    fclose(files[0]);
-    fclose(files[1]);
-    return bytes[0] == bytes[1];
-}
-
 static inline void copy_file(const char *from, const char *to) {
     char bytes[65536];
     FILE *in = fopen(from, "rb"), *out = fopen(to, "wb");

@@ -142,4 +142,14 @@ static inline void expect_success(const char *arguments) {
     expect_tidy(arguments);
 }
 
+/* Makes the folder, with a picture and two parts of one. */
+static inline int make_inputs(void **state) {
+    if (make_folder(state))
+        return -1;
+    expect_success(RENDER_PLAIN " -o in.exr");
+    expect_success(RENDER_PLAIN " --part 1/2 -o part-1.exr");
+    expect_success(RENDER_PLAIN " --part 2/2 -o part-2.exr");
+    return 0;
+}
+
 #endif

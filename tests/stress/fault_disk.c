@@ -23,15 +23,6 @@ static const struct {
 };
 enum { COMMAND_COUNT = sizeof COMMANDS / sizeof *COMMANDS, OUTPUT_MAX = 4 };
 
-static int prepare(void **state) {
-    if (make_folder(state))
-        return -1;
-    expect_success(RENDER_PLAIN " -o in.exr");
-    expect_success(RENDER_PLAIN " --part 1/2 -o part-1.exr");
-    expect_success(RENDER_PLAIN " --part 2/2 -o part-2.exr");
-    return 0;
-}
-
 static void put_old(int command) {
     for (int i = 0; i < OUTPUT_MAX && COMMANDS[command].outputs[i]; i++)
         write_text(in_folder(COMMANDS[command].outputs[i]), OLD);
@@ -156,5 +147,5 @@ int main(void) {
         cmocka_unit_test(test_failing_rename_leaves_every_old_output),
         cmocka_unit_test(test_failing_rename_leaves_no_output_where_none_was),
     };
-    return cmocka_run_group_tests(tests, prepare, remove_folder);
+    return cmocka_run_group_tests(tests, make_inputs, remove_folder);
 }

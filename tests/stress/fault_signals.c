@@ -12,15 +12,6 @@
 
 enum { SIDE = 16 };
 
-static int prepare(void **state) {
-    if (make_folder(state))
-        return -1;
-    expect_success(RENDER_PLAIN " -o in.exr");
-    expect_success(RENDER_PLAIN " --part 1/2 -o part-1.exr");
-    expect_success(RENDER_PLAIN " --part 2/2 -o part-2.exr");
-    return 0;
-}
-
 static bool is_there(const char *name) {
     return !access(in_folder(name), F_OK);
 }
@@ -204,5 +195,5 @@ int main(void) {
         cmocka_unit_test(test_interrupted_bench_says_what_it_leaves),
         cmocka_unit_test(test_closed_pipe_is_an_error_with_a_line),
     };
-    return cmocka_run_group_tests(tests, prepare, remove_folder);
+    return cmocka_run_group_tests(tests, make_inputs, remove_folder);
 }

@@ -9,15 +9,6 @@
 
 #define OLD "what was there before\n"
 
-static int prepare(void **state) {
-    if (make_folder(state))
-        return -1;
-    expect_success(RENDER_PLAIN " -o in.exr");
-    expect_success(RENDER_PLAIN " --part 1/2 -o part-1.exr");
-    expect_success(RENDER_PLAIN " --part 2/2 -o part-2.exr");
-    return 0;
-}
-
 /* Of benches, CSV, JSON and plot are whole, each by itself. */
 static void test_bench_on_a_full_disk_leaves_whole_files(void **state) {
     (void)state;
@@ -140,5 +131,5 @@ int main(void) {
         /* The last one: it leaves a temporary file. */
         cmocka_unit_test(test_killed_process_leaves_the_old_output),
     };
-    return cmocka_run_group_tests(tests, prepare, remove_folder);
+    return cmocka_run_group_tests(tests, make_inputs, remove_folder);
 }

@@ -92,6 +92,19 @@ static inline struct fewray_scene *scratch_scene(const char *body) {
     return scratch_scene_as(body, false);
 }
 
+static inline bool same_files(const char *a, const char *b) {
+    FILE *files[2] = {fopen(a, "rb"), fopen(b, "rb")};
+    int bytes[2];
+    assert_true(files[0] && files[1]);
+    do
+        for (int k = 0; k < 2; k++)
+            bytes[k] = fgetc(files[k]);
+    while (bytes[0] == bytes[1] && bytes[0] != EOF);
+    fclose(files[0]);
+    fclose(files[1]);
+    return bytes[0] == bytes[1];
+}
+
 static inline void assert_near(double a, double b, double tolerance) {
     if (!(a - b <= tolerance && b - a <= tolerance))
         fail_msg("%.9g is not %.9g", a, b);

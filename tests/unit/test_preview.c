@@ -29,19 +29,6 @@ static struct fewray_job small_job(const char *exr, const char *preview) {
     return job;
 }
 
-static bool same_files(const char *a, const char *b) {
-    FILE *files[2] = {fopen(a, "rb"), fopen(b, "rb")};
-    int bytes[2];
-    assert_true(files[0] && files[1]);
-    do
-        for (int k = 0; k < 2; k++)
-            bytes[k] = fgetc(files[k]);
-    while (bytes[0] == bytes[1] && bytes[0] != EOF);
-    fclose(files[0]);
-    fclose(files[1]);
-    return bytes[0] == bytes[1];
-}
-
 /* What a viewer sees that reloads the file whenever a phase tells its progress. */
 struct viewer {
     const char *path;
