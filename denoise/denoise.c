@@ -2,7 +2,7 @@
 /* The public denoiser: checks its input, loads the weights, and takes a picture through the
  * network, whole or in columns. */
 
-#include "denoise/denoise.h"
+#include "fewray/denoise.h"
 
 #include <math.h>
 #include <omp.h>

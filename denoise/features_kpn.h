@@ -10,7 +10,7 @@
 
 #include <stdbool.h>
 
-#include "denoise/denoise.h"
+#include "fewray/denoise.h"
 
 #define KPN_FEATURES   16
 #define KPN_ALBEDO_MIN 0.01f

@@ -5,10 +5,10 @@
 /* The kernel-predicting network on one region of a picture: features, U-Net at half resolution,
  * irradiance pyramid, predicted kernels, remodulation. */
 
-#include "denoise/denoise.h"
 #include "denoise/features_kpn.h"
 #include "denoise/kpn_blocks.h"
 #include "denoise/nn/nn.h"
+#include "fewray/denoise.h"
 
 /* Regions start and end on multiples of this, the coarsest pyramid pixel. */
 #define KPN_ALIGN 16

@@ -4,7 +4,7 @@
 
 /* What the frames of a sequence share, pixel by pixel. */
 
-#include "denoise/denoise.h"
+#include "fewray/denoise.h"
 
 /* A pixel of a frame, or of the mean over frames. */
 struct temporal_pixel {

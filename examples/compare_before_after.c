@@ -6,7 +6,7 @@
 
 #include <stdio.h>
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 enum { WIDTH = 240, FEW = 4, MANY = 256 };
 

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "denoise/denoise.h"
+#include "fewray/denoise.h"
 
 /* The channels as the denoiser wants them, or none where the file lacks the layer. */
 static struct fewray_channels find_channels(const struct fewray_frame *frame,

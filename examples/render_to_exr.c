@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 static void print_progress(void *user, const char *phase, double fraction) {
     (void)user;

@@ -7,7 +7,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 enum { LAYERS_MAX = 32 };
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Errors: one line of text with the place where it happened. */
-#include "features/features.h"
+#include "fewray/features.h"
 
 #include <stdarg.h>
 #include <stdio.h>

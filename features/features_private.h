@@ -6,7 +6,7 @@
 
 #include <stdio.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -5,7 +5,7 @@
 /* The C face of the shim over OpenImageIO, which is the module "image". Nothing throws or prints.
  */
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 #ifdef __cplusplus
 extern "C" {

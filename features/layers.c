@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Channel names of the layers that fewray reads and writes. */
-#include "features/features.h"
+#include "fewray/features.h"
 
 static const struct {
     const char *names[3];

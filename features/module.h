@@ -6,7 +6,7 @@
  * objects that are opened on first use. features/CMakeLists.txt has the function that builds one.
  */
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 #ifdef __cplusplus
 extern "C" {

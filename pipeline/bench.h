@@ -10,7 +10,7 @@
  *     bench_write_csv(), bench_write_json(), bench_plot(), bench_print()
  */
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 enum bench_method {
     BENCH_PT,

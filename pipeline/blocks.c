@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 /* Sums over a block of one channel: of both pictures, and of both pictures' variances. */
 struct sums {

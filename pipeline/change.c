@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 #include "pipeline/plan.h"
 
 #define DARK_SQUARED 0.01 /* as in mrse: (x - r)^2 / (r^2 + 0.01) */

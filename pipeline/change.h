@@ -8,7 +8,7 @@
  * its difference to the mean of the first n. A denoiser's bias isn't seen so but shrinks as samples
  * come, which is; the factor CHANGE_BIAS stands for what this leaves out. */
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 /* True error over the change's with n samples a pixel: CHANGE_BIAS (n / 4)^CHANGE_GROWTH, fitted to
  * six training scenes at 4 to 64 of them; see guide/NOTES.md. Without a denoiser there is no bias.

@@ -5,10 +5,10 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "fewray/pipeline.h"
 #include "pipeline/command.h"
 #include "pipeline/layer_names.h"
 #include "pipeline/options.h"
-#include "pipeline/pipeline.h"
 
 /* JSON has no infinity and no NaN: null. */
 static json_t *json_number(double value) {

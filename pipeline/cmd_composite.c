@@ -3,11 +3,11 @@
 
 #include <stdio.h>
 
+#include "fewray/pipeline.h"
 #include "pipeline/command.h"
 #include "pipeline/layer_names.h"
 #include "pipeline/options.h"
 #include "pipeline/outputs.h"
-#include "pipeline/pipeline.h"
 #include "pipeline/stats.h"
 
 struct composite_options {

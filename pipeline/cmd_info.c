@@ -7,10 +7,10 @@
 #include <strings.h>
 #include <sys/stat.h>
 
+#include "fewray/pipeline.h"
 #include "pipeline/command.h"
 #include "pipeline/layer_names.h"
 #include "pipeline/options.h"
-#include "pipeline/pipeline.h"
 
 static bool is_exr(const char *path) {
     static const unsigned char magic[4] = {0x76, 0x2f, 0x31, 0x01};

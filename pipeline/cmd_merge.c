@@ -3,12 +3,12 @@
 
 #include <stdio.h>
 
+#include "fewray/pipeline.h"
 #include "pipeline/command.h"
 #include "pipeline/denoiser_options.h"
 #include "pipeline/interrupt.h"
 #include "pipeline/options.h"
 #include "pipeline/outputs.h"
-#include "pipeline/pipeline.h"
 #include "pipeline/progress.h"
 #include "pipeline/stats.h"
 

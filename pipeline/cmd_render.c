@@ -6,13 +6,13 @@
 #include <string.h>
 #include <time.h>
 
+#include "fewray/pipeline.h"
 #include "pipeline/command.h"
 #include "pipeline/denoiser_options.h"
 #include "pipeline/frames.h"
 #include "pipeline/interrupt.h"
 #include "pipeline/options.h"
 #include "pipeline/outputs.h"
-#include "pipeline/pipeline.h"
 #include "pipeline/progress.h"
 #include "pipeline/ranks.h"
 

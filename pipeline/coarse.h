@@ -4,8 +4,8 @@
 
 /* A coarse picture for previews in which most pixels have no sample yet. */
 
-#include "denoise/denoise.h"
-#include "guide/guide.h"
+#include "fewray/denoise.h"
+#include "fewray/guide.h"
 
 /* Traces one path for every 4 x 4 pixels of a width x height picture, filters them (denoiser may be
  * NULL) and makes R, G, B of that size of them. They are no part of any film. *out is owned by the

@@ -4,7 +4,7 @@
 
 /* What the subcommands of `fewray` share: exit codes and the one line that an error is. */
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 enum exit_code { EXIT_DONE = 0, EXIT_FAILED = 1, EXIT_WRONG_COMMAND_LINE = 2 };
 

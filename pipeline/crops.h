@@ -4,7 +4,7 @@
 
 /* Where to look closer: places for magnified crops. */
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 /* Picks FEWRAY_CROPS places of (crop_width, crop_height) pixels, which don't overlap where the
  * picture has room: the first where the denoised display picture is farthest from the target, the

@@ -6,7 +6,7 @@
 
 #include <stdbool.h>
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 /* Reads "7", "1..48" or "1..48x2" (every second one). False where it is none of these. */
 bool frames_parse(const char *text, struct fewray_frames *out);

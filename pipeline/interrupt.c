@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 #include "features/cancel.h"
-#include "features/features.h"
+#include "fewray/features.h"
 
 static volatile sig_atomic_t watched;
 static volatile int interrupted;

@@ -4,7 +4,7 @@
 
 /* The channel names of other renderers. */
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 enum layer_naming { NAMING_AUTO, NAMING_FEWRAY, NAMING_MITSUBA, NAMING_BLENDER, NAMING_PBRT };
 

@@ -4,7 +4,7 @@
 
 /* What the module "mpi" exports as fewray_mpi. */
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 
 struct mpi_module {
     /* Joins the processes that mpirun started with this one; *threads gets how many this one should

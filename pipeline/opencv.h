@@ -5,7 +5,7 @@
 /* The C face of OpenCV, which has no C API of its own: image metrics and a canvas to draw on.
  * It is a module (features/module.h). Nothing throws. */
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 #ifdef __cplusplus
 extern "C" {

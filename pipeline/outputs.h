@@ -4,7 +4,7 @@
 
 /* The files that a run leaves: all of them or none. */
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 /* Two outputs of the same name. */
 bool outputs_clash(const struct fewray_outputs *outputs);

@@ -6,7 +6,7 @@
  * an unfiltered render as 32-bit floats, the moments of fewray_film_add_moments(), and in its
  * header, as texts, what the part is of. */
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 /* What the header tells: the attributes fewray.part ("3/10"), fewray.spp, fewray.seed,
  * fewray.scene, fewray.scene_fingerprint and fewray.settings. */

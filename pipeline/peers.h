@@ -6,7 +6,7 @@
  * The script pipeline/peers.py is part of the command. It stays open with its scene loaded and its
  * kernels compiled, and works only when it is asked, so that nothing disturbs what is timed. */
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 struct peers;
 

@@ -12,7 +12,7 @@
  *     planner_finish()       the plan as it went
  */
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 struct planner;
 

@@ -7,7 +7,7 @@
 
 #include <stdatomic.h>
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 struct preview {
     const char *path;       /* NULL: none is wanted */

@@ -5,7 +5,7 @@
 /* How long the denoiser and the writing of files take on this machine, from a small picture of
  * noise: a few milliseconds. */
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 struct probe_seconds {
     double denoise[2]; /* by enum fewray_denoise_model; both alike where the weights are a file's */

@@ -5,7 +5,7 @@
 /* A bar on the terminal: percent of the whole run, phase, seconds left. Silent where stderr is no
  * terminal. */
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 struct progress {
     bool enabled, shown;

@@ -4,7 +4,7 @@
 
 /* The processes that mpirun, or another starter of MPI programs, started together. */
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 #include "pipeline/mpi_module.h"
 
 struct ranks {

@@ -4,8 +4,8 @@
 
 /* What a run tells whoever waits for it: phase, part and seconds left of the whole. */
 
+#include "fewray/pipeline.h"
 #include "pipeline/estimate.h"
-#include "pipeline/pipeline.h"
 
 struct run_progress {
     struct estimate estimate;

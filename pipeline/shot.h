@@ -4,7 +4,7 @@
 
 /* What the frames of a sequence hand on to each other, and one frame of it. */
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 struct shot {
     struct fewray_scene *scene; /* NULL before the first frame; owned by the shot, as all here */

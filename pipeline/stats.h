@@ -4,7 +4,7 @@
 
 /* The statistics of a run as JSON, and back into one line for people. */
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 /* threads, or the number of cores that this process may use where it is 0. */
 int stats_threads(int threads);

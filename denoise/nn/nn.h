@@ -13,7 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 #define NN_LANES 16
 

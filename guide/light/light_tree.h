@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 #include "guide/light/light_bounds.h"
 
 /* Four clusters of lights, side by side so that they are weighed at once. */

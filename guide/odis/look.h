@@ -7,7 +7,7 @@
 
 #include <stdbool.h>
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 #include "guide/vec.h"
 
 #define LOOK_PDF                                                                                   \

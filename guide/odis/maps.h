@@ -7,7 +7,7 @@
 
 #include <stdbool.h>
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 #include "guide/odis/look.h"
 #include "guide/odis/sphere_grid.h"
 #include "guide/odis/voxel_table.h"

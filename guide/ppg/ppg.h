@@ -25,7 +25,7 @@
 
 #include <stddef.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 #include "guide/trace/vertex_log.h"
 
 struct ppg;

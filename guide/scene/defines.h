@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 struct define {
     char *name, *value;

@@ -4,7 +4,7 @@
 
 /* A whole file in memory, read-only. */
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 struct file_bytes {
     char *data;

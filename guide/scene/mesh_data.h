@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 struct mesh_data {
     uint32_t vertex_count, triangle_count;

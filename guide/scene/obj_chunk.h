@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 /* Numbers of lines and of "v", "vt", "vn" and "f" among them. */
 struct obj_counts {

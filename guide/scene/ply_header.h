@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 #define PLY_MAX_PROPERTIES 64
 #define PLY_MAX_ELEMENTS   16

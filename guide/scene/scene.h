@@ -8,7 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 #include "guide/vec.h"
 
 enum texture_kind { TEXTURE_CONSTANT, TEXTURE_BITMAP, TEXTURE_CHECKERBOARD };

@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 #include "guide/vec.h"
 
 /* Straight lines between the points, 0 outside. */

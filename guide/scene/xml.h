@@ -7,7 +7,7 @@
 
 #include <stdbool.h>
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 
 struct xml_attribute {
     char *name, *value;

@@ -8,7 +8,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 #include "guide/vec.h"
 
 #if FEWRAY_EMBREE >= 4

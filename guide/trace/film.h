@@ -4,7 +4,7 @@
 
 /* Means and spreads of each pixel's samples, the first look apart from the rest. */
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 #include "guide/trace/integrator.h"
 
 enum { GROUP_LOOK, GROUP_REST, GROUP_COUNT };

@@ -6,7 +6,7 @@
  * of this program as it is, for the same program. One function for both directions moves each
  * thing, so that they can't differ. */
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 #include "guide/trace/stream.h"
 
 struct fewray_rest;

@@ -2,11 +2,11 @@
 #ifndef FEWRAY_GUIDE_TEAM_H
 #define FEWRAY_GUIDE_TEAM_H
 
-/* Which process of a team (guide/guide.h) has which tile, and how the others get its results. Tiles
+/* Which process of a team (fewray/guide.h) has which tile, and how the others get its results. Tiles
  * are dealt out by their place alone, so that nobody needs to tell who did what; what stands on a
  * tile (pixels, sampling maps) belongs to the tile's process. */
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 
 /* Tiles go round the processes along each row; `step` shifts the rows against each other. */
 struct team_deal {

@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 /* spreads: the values are standard errors of independent pixels. */
 static float block_mean(const float *block, int stride, int width, int height, bool spreads) {

@@ -18,10 +18,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "fewray/pipeline.h"
 #include "guide/odis/gather.h"
 #include "guide/odis/maps.h"
 #include "guide/trace/film.h"
-#include "pipeline/pipeline.h"
 
 #define MAX_LIST     32
 #define MOMENT_LEAST 1e-3f /* of the mean over the bins: no bin becomes unreachable */

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 #include "tests/fuzz/fuzz.h"
 
 static const char *const names[] = {"buffer.bin", "image.png", NULL};

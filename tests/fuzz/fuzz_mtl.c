@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A scene in OBJ with materials of an MTL file. */
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 #include "tests/fuzz/fuzz.h"
 
 static const char *const names[] = {"scene.mtl", "image.png", NULL};

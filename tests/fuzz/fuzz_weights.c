@@ -5,8 +5,8 @@
 #include <string.h>
 #include <zlib.h>
 
-#include "denoise/denoise.h"
 #include "denoise/nn/nn.h"
+#include "fewray/denoise.h"
 #include "guide/odis/network.h"
 #include "tests/fuzz/fuzz.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A scene in Mitsuba's XML, with the files that it includes and names. */
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 #include "tests/fuzz/fuzz.h"
 
 static const char *const names[] = {"part.xml", "mesh.obj", "mesh.ply", "curve.spd", NULL};

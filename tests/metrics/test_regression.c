@@ -13,7 +13,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 #include "regression_case.h"
 
 enum { REFERENCE_SEED = 1000000 };

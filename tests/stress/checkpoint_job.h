@@ -7,7 +7,7 @@
 #include "scene_scratch.h"
 
 #include "features/cancel.h"
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 #define SCENE EXAMPLES "/cornell-box.xml"
 

@@ -5,7 +5,7 @@
 
 #include "scene_scratch.h"
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 
 #define SCENE EXAMPLES "/cornell-box.xml"
 

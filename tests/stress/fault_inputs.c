@@ -4,7 +4,7 @@
 
 #include "tests/stress/fault_command.h"
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 #define OPTIONS " -o out.exr --width 8 --spp 1 --guide off --denoise off --threads 2"
 #define MESHES  "render scene.xml" OPTIONS

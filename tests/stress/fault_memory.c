@@ -13,8 +13,8 @@
 
 #include "tests/unit/scratch_folder.h"
 
-#include "features/features.h"
-#include "pipeline/pipeline.h"
+#include "fewray/features.h"
+#include "fewray/pipeline.h"
 
 #define SCENE EXAMPLES "/cornell-box.xml"
 

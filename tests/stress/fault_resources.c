@@ -7,7 +7,7 @@
 
 #include <errno.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 /* The exit code of the dynamic linker. */
 enum { NOT_STARTED = 127 };

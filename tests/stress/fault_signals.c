@@ -6,7 +6,7 @@
 
 #include "tests/stress/fault_command.h"
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 #define DONE "interrupted; what was done is written"
 

@@ -14,7 +14,7 @@
 #include <unistd.h>
 #include <zlib.h>
 
-#include "denoise/denoise.h"
+#include "fewray/denoise.h"
 #include "pipeline/stats.h"
 #include "tests/unit/sanitized.h"
 #include "tests/unit/scratch_folder.h"

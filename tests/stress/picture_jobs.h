@@ -8,7 +8,7 @@
 
 #include <stdio.h>
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 struct picture {
     const char *name, *scene; /* in the examples' folder */

@@ -5,7 +5,7 @@
 #include <jansson.h>
 #include <string.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 #include "tests/unit/scratch_folder.h"
 
 enum { WIDTH = 40, HEIGHT = 24, PIXELS = WIDTH * HEIGHT };

@@ -4,7 +4,7 @@
 #include <float.h>
 #include <string.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 #include "tests/unit/scratch_folder.h"
 
 static const char *path_of(const char *name) {

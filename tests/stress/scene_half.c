@@ -3,7 +3,7 @@
 
 #include "scene_stage.h"
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 /* The camera looks into a sky of this radiance. */
 #define SKY                                                                                        \

@@ -4,7 +4,7 @@
 #include "../unit/bundle_scenes.h"
 #include "scene_stage.h"
 
-#include "denoise/denoise.h"
+#include "fewray/denoise.h"
 
 /* 9e-13, 1e-6, 1e6 and 5e11. Powers of two don't round, so neither may the picture: it must
  * be the same to the bit after division. */

@@ -7,9 +7,9 @@
 #include <string.h>
 #include <zlib.h>
 
-#include "denoise/denoise.h"
 #include "denoise/nn/nn.h"
 #include "denoise/weights_kpn.h"
+#include "fewray/denoise.h"
 #include "guide/odis/network.h"
 #include "tests/unit/scratch_folder.h"
 

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#include "denoise/denoise.h"
+#include "fewray/denoise.h"
 #include "tests/unit/check.h"
 
 /* Interleaved layers of a picture. */

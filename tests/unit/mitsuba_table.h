@@ -12,7 +12,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 #include "guide/trace/world.h"
 
 struct mitsuba_table {

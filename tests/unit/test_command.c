@@ -17,7 +17,7 @@
 #include "tests/unit/scratch_folder.h"
 #include <jansson.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 #define SCENE EXAMPLES "/cornell-box.xml"
 

@@ -11,8 +11,8 @@
 
 #include <cmocka.h>
 
+#include "fewray/pipeline.h"
 #include "pipeline/crops.h"
-#include "pipeline/pipeline.h"
 
 static struct fewray_frame *make_frame(int width, int height, unsigned seed) {
     struct fewray_frame *frame = NULL;

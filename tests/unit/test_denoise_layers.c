@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "denoise/denoise.h"
+#include "fewray/denoise.h"
 
 enum { DIRECT, INDIRECT, LIGHTS };
 

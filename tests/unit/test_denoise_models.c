@@ -11,8 +11,8 @@
 
 #include <cmocka.h>
 
-#include "denoise/denoise.h"
 #include "denoise/kpn.h"
+#include "fewray/denoise.h"
 
 enum { WIDTH = 96, HEIGHT = 80, PIXELS = WIDTH * HEIGHT };
 

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "denoise/denoise.h"
+#include "fewray/denoise.h"
 
 enum { WIDTH = 128, HEIGHT = 96, COUNT = WIDTH * HEIGHT, AROUND = 5 };
 

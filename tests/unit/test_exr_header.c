@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 static char file[] = "header-XXXXXX";
 

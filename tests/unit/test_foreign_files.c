@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "denoise/denoise.h"
+#include "fewray/denoise.h"
 #include "picture_files.h"
 #include "pipeline/layer_names.h"
 

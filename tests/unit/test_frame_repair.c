@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Bad pixels of a picture are mended from their surroundings, and good ones left alone. */
-#include "features/features.h"
+#include "fewray/features.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

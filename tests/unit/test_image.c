@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Images through OpenImageIO: PNG out and in, float pictures, errors without noise. */
-#include "features/features.h"
+#include "fewray/features.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

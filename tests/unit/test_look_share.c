@@ -8,7 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 
 struct stage {
     struct fewray_scene *scene;

@@ -11,7 +11,7 @@
 #include <cmocka.h>
 #include <jansson.h>
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 static struct fewray_frame *read_frame(const char *path) {
     struct fewray_frame *frame = NULL;

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 
 static void trace(const char *path, int threads, uint64_t seed, struct fewray_pilot *pilot) {
     struct fewray_scene *scene = NULL;

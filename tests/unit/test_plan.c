@@ -6,8 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "fewray/pipeline.h"
 #include "pipeline/change.h"
-#include "pipeline/pipeline.h"
 #include "pipeline/plan.h"
 
 /* Passes as planned, each taking `slower` times what the clock says before it is measured. */

@@ -6,7 +6,7 @@
 #include "tests/unit/check.h"
 #include "tests/unit/plain_bsdf.h"
 
-#include "features/features.h"
+#include "fewray/features.h"
 #include "guide/bsdf/fresnel.h"
 #include "guide/bsdf/microfacet.h"
 #include "guide/trace/sampler.h"

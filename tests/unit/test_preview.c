@@ -7,8 +7,8 @@
 #include <omp.h>
 
 #include "features/cancel.h"
+#include "fewray/pipeline.h"
 #include "pipeline/coarse.h"
-#include "pipeline/pipeline.h"
 #include "pipeline/preview.h"
 
 #define SCENE EXAMPLES "/cornell-box.xml"

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 
 static struct fewray_frame *render_scene(const char *path,
                                          const struct fewray_render_settings *settings, bool guided,

@@ -7,7 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "pipeline/pipeline.h"
+#include "fewray/pipeline.h"
 
 static char folder[] = "sequence-XXXXXX";
 static char pattern[64];

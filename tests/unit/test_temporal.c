@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#include "denoise/denoise.h"
+#include "fewray/denoise.h"
 
 enum { WIDTH = 40, HEIGHT = 24, PIXELS = WIDTH * HEIGHT };
 

@@ -9,7 +9,7 @@
 #include <assimp/material.h>
 #include <assimp/scene.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 struct assimp_api {
     const struct aiScene *(*import_file)(const char *path, unsigned flags);

@@ -8,7 +8,7 @@
 
 #include <jansson.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 #include "guide/scene/scene.h"
 #include "guide/scene/transform.h"
 

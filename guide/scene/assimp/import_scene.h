@@ -4,7 +4,7 @@
 
 /* glTF 2.0 (.gltf, .glb) and OBJ + MTL as scenes, through assimp. */
 
-#include "guide/guide.h"
+#include "fewray/guide.h"
 
 /* Whether a file of this name is one for import_scene(). */
 bool import_knows(const char *path);

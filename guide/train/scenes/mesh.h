@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "features/features.h"
+#include "fewray/features.h"
 #include "guide/train/scenes/random.h"
 #include "guide/vec.h"
 

@@ -4,7 +4,7 @@
 
 /* Textures as tileable pictures: a few numbers while a scene is built, a PNG when it is written. */
 
-#include "features/features.h"
+#include "fewray/features.h"
 #include "guide/train/scenes/random.h"
 #include "guide/vec.h"
 

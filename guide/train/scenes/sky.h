@@ -5,7 +5,7 @@
 /* What lies outside the windows: a constant, or a procedural sky that is written as a
  * latitude-longitude picture. */
 
-#include "features/features.h"
+#include "fewray/features.h"
 #include "guide/train/scenes/random.h"
 #include "guide/vec.h"
 

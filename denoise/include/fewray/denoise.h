@@ -14,7 +14,7 @@
  * out_rgb, NULL, &error)) puts(error.what); fewray_denoiser_destroy(&denoiser);
  */
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 #ifdef __cplusplus
 extern "C" {

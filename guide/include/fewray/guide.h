@@ -17,7 +17,7 @@
  * Without a guide fewray_trace_rest() with maps = NULL does all samples.
  */
 
-#include "features/features.h"
+#include "fewray/features.h"
 
 #ifdef __cplusplus
 extern "C" {

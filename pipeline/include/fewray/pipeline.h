@@ -5,8 +5,8 @@
 /* The whole way from a scene file to a finished picture in one call, and the judging of pictures:
  * metrics and before/after composites. What the `fewray` command does, for programs. */
 
-#include "denoise/denoise.h"
-#include "guide/guide.h"
+#include "fewray/denoise.h"
+#include "fewray/guide.h"
 
 #ifdef __cplusplus
 extern "C" {
