@@ -144,7 +144,8 @@ static inline float fewray_half_value(uint16_t half) {
     const uint32_t shifted = (uint32_t)(half & 0x7fff) << 13;
     float value;
     memcpy(&value, &shifted, sizeof value);
-    value *= 0x1p112f; /* floats' exponents have another bias */
+    value *=
+        5192296858534827628530496329220096.f; /* 2^112: exponents of floats have another bias */
     return half & 0x8000 ? -value : value;
 }
 
