@@ -209,8 +209,11 @@ void kpn_kernel_row(struct kpn_work *work, const struct kpn_layer *layer,
     }
 }
 
-void kpn_put_row(const struct kpn_job *job, int y, int x, int count, const float *filtered,
-                 size_t slot_floats) {
+/* Writes `count` filtered pixels from (x, y) of the region on, as far as they
+ * lie in the core, in the picture and in blocks that are filtered. filtered: (count, 4) for each
+ * slot, slot_floats apart. */
+static void put_row(const struct kpn_job *job, int y, int x, int count, const float *filtered,
+                    size_t slot_floats) {
     y += job->region.y0;
     x += job->region.x0;
     const struct kpn_region *core = &job->core;
@@ -251,6 +254,6 @@ void kpn_picture_rows(struct kpn_work *work, const struct kpn_layer *layer,
                       rows[dy] + (2 * i + dx) * 4, SLOT_FLOATS);
         }
         for (int dy = 0; dy < 2; dy++)
-            kpn_put_row(work->job, 2 * y + dy, 2 * x0, 2 * count, rows[dy], SLOT_FLOATS);
+            put_row(work->job, 2 * y + dy, 2 * x0, 2 * count, rows[dy], SLOT_FLOATS);
     }
 }

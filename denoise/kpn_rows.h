@@ -79,10 +79,5 @@ void kpn_kernel_row(struct kpn_work *work, const struct kpn_layer *layer,
 /* Makes rows 2 y and 2 y + 1 of the picture. */
 void kpn_picture_rows(struct kpn_work *work, const struct kpn_layer *layer,
                       const struct nn_conv *conv, int y);
-/* Writes `count` filtered pixels from (x, y) of the region on, as far as they
- * lie in the core, in the picture and in blocks that are filtered. filtered: (count, 4) for each
- * slot, slot_floats apart. */
-void kpn_put_row(const struct kpn_job *job, int y, int x, int count, const float *filtered,
-                 size_t slot_floats);
 
 #endif

@@ -6,6 +6,7 @@
 
 #include <stdio.h>
 
+#include "features/png.h"
 #include "fewray/features.h"
 
 #ifdef __cplusplus
@@ -61,10 +62,6 @@ int png_load(const char *path, void **bytes, size_t *size, struct fewray_error *
  * least 1.
  */
 bool png_bytes_are_damaged(const void *bytes, size_t size);
-
-/* A PNG of (height, width, 3) sRGB-encoded bytes into *file, malloc'd; path is for messages. */
-int png_encode(const char *path, int width, int height, const uint8_t *rgb, void **file,
-               size_t *size, struct fewray_error *error);
 
 /* IEEE binary16 of count floats, rounded to nearest even, clamped to +-65504; NaN stays NaN. */
 void half_from_floats(const float *from, uint16_t *to, size_t count);

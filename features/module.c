@@ -18,8 +18,9 @@ static bool find_own_folder(char folder[PATH_MAX]) {
     folder[0] = '\0';
     if (!dladdr1((void *)fewray_module_symbol, &info, (void **)&map, RTLD_DL_LINKMAP) || !map)
         return false;
-    if (map->l_name[0]) {
-        snprintf(folder, PATH_MAX, "%s", map->l_name);
+    if (map->l_name[0]) { /* a library; its links may stand elsewhere than it */
+        if (map->l_name[0] != '/' || !realpath(map->l_name, folder))
+            folder[0] = '\0';
     } else { /* the program, whose l_name is empty and whose dli_fname is how it was called */
         const ssize_t length = readlink("/proc/self/exe", folder, PATH_MAX - 1);
         folder[length > 0 ? length : 0] = '\0';
@@ -57,6 +58,7 @@ static void *open_module(const char *module, struct fewray_error *error) {
         const char *folder, *below;
     } places[] = {
         {has_own ? own : "", ""},
+        {has_own ? own : "", "fewray/"},
         {has_own ? own : "", FEWRAY_MODULE_FROM_BIN "/"},
         {FEWRAY_MODULE_FOLDER, ""},
         {wish ? wish : "", ""},

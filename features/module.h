@@ -14,12 +14,12 @@ extern "C" {
 
 /* Address of what the module `module` ("image" for fewray_image.so) exports as `symbol`; NULL, with
  * *error filled, where the module is missing, broken or of another version. It is looked for beside
- * the program or library that holds this function, in the installed folder (lib/fewray) of the same
- * prefix, in that of the build's prefix, and in the folder FEWRAY_MODULE_PATH where it is an
- * absolute path; never in the current directory. A module stays open until the process ends.
+ * the program or library that holds this function, in the folder fewray there (a library's
+ * lib/fewray), in the installed folder of the same prefix (a program's), in that of the build's
+ * prefix, and in the folder FEWRAY_MODULE_PATH where it is an absolute path; never in the current
+ * directory. A module stays open until the process ends.
  * Thread-safe. */
-FEWRAY_API void *fewray_module_symbol(const char *module, const char *symbol,
-                                      struct fewray_error *error);
+void *fewray_module_symbol(const char *module, const char *symbol, struct fewray_error *error);
 
 /* Every module exports this: FEWRAY_VERSION of its build. */
 FEWRAY_API extern const char fewray_module_version[];

@@ -20,6 +20,16 @@ const char *const BENCH_METHOD_NAMES[BENCH_METHODS] = {
     "PT", "guided", "PT+denoised", "guided+denoised", "PT+OIDN", "Mitsuba PT", "Mitsuba PT+OIDN",
 };
 
+const char *const BENCH_METHOD_LEGENDS[BENCH_METHODS] = {
+    [BENCH_PT] = "fewray: path tracing",
+    [BENCH_GUIDED] = "fewray: guided",
+    [BENCH_PT_DENOISED] = "fewray: path tracing, denoised",
+    [BENCH_GUIDED_DENOISED] = "fewray: guided, denoised",
+    [BENCH_PT_OIDN] = "fewray: path tracing + OIDN",
+    [BENCH_MITSUBA] = "Mitsuba 3: path tracing",
+    [BENCH_MITSUBA_OIDN] = "Mitsuba 3: path tracing + OIDN",
+};
+
 /* What the steps of a bench share. */
 struct work {
     struct bench *bench;
@@ -98,7 +108,7 @@ static int add_row(struct work *work, const struct fewray_frame *picture, struct
     row.work_s = row.initial_s + row.guide_s + row.render_s + row.denoise_s;
     bench->reference_noise = row.metrics.ref_mrse;
     bench->rows[bench->row_count++] = row;
-    return FEWRAY_OK;
+    return bench_keep_picture(&bench->settings, &row, picture, error);
 }
 
 static const char *guide_of(const struct fewray_job *job, const struct fewray_run_stats *stats) {
@@ -343,7 +353,8 @@ int bench_run(const struct bench_settings *settings, struct bench *bench,
     bench->height = reference->height;
 
     struct work work = {.bench = bench, .reference = reference};
-    if (settings->python)
+    status = bench_keep_reference(settings, reference, error);
+    if (!status && settings->python)
         status = open_peers(&work, error);
     work.all = count_samples(&work);
     if (!status)

@@ -23,6 +23,7 @@ enum bench_method {
     BENCH_METHODS
 };
 extern const char *const BENCH_METHOD_NAMES[BENCH_METHODS];
+extern const char *const BENCH_METHOD_LEGENDS[BENCH_METHODS]; /* longer, for people */
 
 enum bench_metric {
     BENCH_MRSE,
@@ -33,7 +34,6 @@ enum bench_metric {
     BENCH_METRICS
 };
 extern const char *const BENCH_METRIC_NAMES[BENCH_METRICS];
-double bench_metric_of(const struct fewray_metrics *metrics, enum bench_metric metric);
 
 enum { BENCH_SPP_MAX = 24 };
 
@@ -43,7 +43,9 @@ struct bench_settings {
     struct fewray_render_settings render; /* its threads, depth, progress and cancel hold */
     int spp[BENCH_SPP_MAX], spp_count;    /* samples a pixel, ascending */
     int seeds;                            /* 1..seeds */
-    const char *python;                   /* NULL: without peers */
+    int keep_spp;            /* of the first seed, pictures of so many samples are kept; 0: none */
+    const char *keep_folder; /* ... here, as EXR with their seconds as JSON, and the reference */
+    const char *python;      /* NULL: without peers */
     void (*warn)(void *user, const char *text);
     void *warn_user;
 };
@@ -105,6 +107,13 @@ int bench_run(const struct bench_settings *settings, struct bench *bench,
               struct fewray_error *error);
 void bench_destroy(struct bench *bench);
 
+/* Writes METHOD-4spp.exr and .json into the folder, as `fewray report` takes them. */
+int bench_keep_picture(const struct bench_settings *settings, const struct bench_row *row,
+                       const struct fewray_frame *picture, struct fewray_error *error);
+/* Writes reference.exr there, unless the reference is that file. */
+int bench_keep_reference(const struct bench_settings *settings,
+                         const struct fewray_frame *reference, struct fewray_error *error);
+
 /* Fills the points. */
 void bench_summarize(struct bench *bench);
 bool bench_has_points(const struct bench *bench, enum bench_method method);
@@ -121,8 +130,5 @@ int bench_write_json(const struct bench *bench, const char *path, struct fewray_
 int bench_plot(const struct bench *bench, const char *path, struct fewray_error *error);
 /* Medians, times to errors and errors at the same time, for people, on stdout. */
 void bench_print(const struct bench *bench);
-
-/* "AMD EPYC ..." of this machine; "unknown CPU". */
-void bench_cpu_name(char *name, size_t size);
 
 #endif

@@ -9,6 +9,7 @@
 
 #include "pipeline/bench.h"
 #include "pipeline/curve.h"
+#include "pipeline/origin.h"
 
 static const char CSV_HEAD[] =
     "method,spp,seed,guide,load_s,bvh_s,initial_s,guide_s,render_s,denoise_s,work_s,wall_s,"
@@ -173,7 +174,7 @@ static json_t *settings_json(const struct bench *bench) {
 
 static json_t *machine_json(const struct bench *bench) {
     char cpu[128];
-    bench_cpu_name(cpu, sizeof cpu);
+    origin_cpu(cpu, sizeof cpu);
     return json_pack("{s:s, s:i, s:o}", "cpu", cpu, "threads", bench->threads, "load_1min_before",
                      number(bench->load_1min));
 }

@@ -10,6 +10,7 @@
 #include "pipeline/axis.h"
 #include "pipeline/bench.h"
 #include "pipeline/opencv.h"
+#include "pipeline/origin.h"
 
 enum { BACKGROUND = 0xffffff, INK = 0x1c1f24, FAINT = 0x5c6470, GRID = 0xe2e5ea };
 enum {
@@ -37,16 +38,6 @@ static const struct style {
     [BENCH_PT_OIDN] = {0x2f9e44, TRIANGLE, 2, false},
     [BENCH_MITSUBA] = {0x9aa0a8, SQUARE, 2, true},
     [BENCH_MITSUBA_OIDN] = {0x2b2f36, SQUARE, 2, false},
-};
-
-static const char *const LEGENDS[BENCH_METHODS] = {
-    [BENCH_PT] = "fewray: path tracing",
-    [BENCH_GUIDED] = "fewray: guided",
-    [BENCH_PT_DENOISED] = "fewray: path tracing, denoised",
-    [BENCH_GUIDED_DENOISED] = "fewray: guided, denoised",
-    [BENCH_PT_OIDN] = "fewray: path tracing + OIDN",
-    [BENCH_MITSUBA] = "Mitsuba 3: path tracing",
-    [BENCH_MITSUBA_OIDN] = "Mitsuba 3: path tracing + OIDN",
 };
 
 static const char *const ABOUT[BENCH_METRICS] = {
@@ -241,7 +232,7 @@ static void draw_legend(const struct plot *plot, int top) {
         draw_stroke(plot, &STYLES[method], x, y, x + SAMPLE, y);
         draw_marker(plot, &STYLES[method], x + SAMPLE / 2.0, y);
         plot->cv->text(plot->canvas, (int)x + SAMPLE + 10, (int)y + SMALL / 2, SMALL, INK,
-                       LEGENDS[method]);
+                       BENCH_METHOD_LEGENDS[method]);
         place++;
     }
 }
@@ -260,7 +251,7 @@ static void draw_title(const struct plot *plot) {
     const struct bench *bench = plot->bench;
     const struct bench_settings *settings = &bench->settings;
     char text[512], cpu[64];
-    bench_cpu_name(cpu, sizeof cpu);
+    origin_cpu(cpu, sizeof cpu);
     int y = EDGE + TITLE;
     snprintf(text, sizeof text, "Error against time: %s", short_path(settings->scene_path));
     plot->cv->text(plot->canvas, EDGE, y, TITLE, INK, text);

@@ -12,7 +12,7 @@
 const char *const BENCH_METRIC_NAMES[BENCH_METRICS] = {"mrse", "mrse_trimmed", "mrse_net",
                                                        "ssim_loss", "flip"};
 
-double bench_metric_of(const struct fewray_metrics *metrics, enum bench_metric metric) {
+static double metric_of(const struct fewray_metrics *metrics, enum bench_metric metric) {
     switch (metric) {
     case BENCH_MRSE:
         return metrics->mrse;
@@ -63,7 +63,7 @@ static void fill_point(const struct bench *bench, struct bench_point *point, dou
         int count = 0;
         for (int i = 0; i < bench->row_count; i++)
             if (of_point(&bench->rows[i], point))
-                values[count++] = bench_metric_of(&bench->rows[i].metrics, (enum bench_metric)m);
+                values[count++] = metric_of(&bench->rows[i].metrics, (enum bench_metric)m);
         if (count > 0)
             point->errors[m] = spread_of(values, count);
     }
@@ -103,19 +103,4 @@ void bench_curve(const struct bench *bench, enum bench_method method, enum bench
 
 enum bench_metric bench_main_metric(const struct bench *bench) {
     return isnan(bench->reference_noise) ? BENCH_MRSE_TRIMMED : BENCH_MRSE_NET;
-}
-
-void bench_cpu_name(char *name, size_t size) {
-    char line[256];
-    FILE *file = fopen("/proc/cpuinfo", "r");
-    snprintf(name, size, "unknown CPU");
-    while (file && fgets(line, sizeof line, file)) {
-        const char *value = strchr(line, ':');
-        if (strncmp(line, "model name", 10) || !value)
-            continue;
-        snprintf(name, size, "%.*s", (int)strcspn(value + 2, "\n"), value + 2);
-        break;
-    }
-    if (file)
-        fclose(file);
 }

@@ -37,6 +37,9 @@ static enum parse_result parse(struct bench_options *options, int argc, char **a
          0, NULL},
         {"seeds", 0, OPTION_INT, &settings->seeds, "N", "pictures of each kind (3)", 1, SEEDS_MAX,
          NULL},
+        {"keep-pictures", 0, OPTION_INT, &settings->keep_spp, "N",
+         "leave the first seed's pictures of N samples a pixel in DIR, for `fewray report`", 1,
+         SPP_MOST, NULL},
         {"peers", 0, OPTION_FLAG, &options->peers, NULL,
          "add Mitsuba 3 and Open Image Denoise, where Python has them", 0, 0, NULL},
         {"python", 0, OPTION_TEXT, &options->python, "FILE",
@@ -88,6 +91,17 @@ static int set_spp(const struct name_list *names, struct bench_settings *setting
 }
 
 /* Returns an exit code. */
+static int check_keep(const struct bench_settings *settings) {
+    for (int i = 0; i < settings->spp_count; i++)
+        if (settings->keep_spp == settings->spp[i])
+            return EXIT_DONE;
+    return settings->keep_spp == 0
+               ? EXIT_DONE
+               : report_usage("bench: --keep-pictures %d isn't one of the bench's samples a pixel",
+                              settings->keep_spp);
+}
+
+/* Returns an exit code. */
 static int check(struct bench_options *options) {
     if (!options->settings.reference_path)
         return report_usage("bench: no reference; give --reference REF.exr");
@@ -95,7 +109,8 @@ static int check(struct bench_options *options) {
         return report_usage("bench: no folder for the results; give -o DIR");
     if (options->max_depth == 0)
         return report_usage("bench: --max-depth can't be 0; it takes -1 or 1..%d", DEPTH_MAX);
-    return set_spp(&options->spp, &options->settings);
+    const int code = set_spp(&options->spp, &options->settings);
+    return code ? code : check_keep(&options->settings);
 }
 
 static const char *choose_python(const struct bench_options *options) {
@@ -190,6 +205,7 @@ int cmd_bench(int argc, char **argv) {
         return report_failure(&error);
     progress_start(&progress);
     settings->scene_path = argv[first_file];
+    settings->keep_folder = options.folder;
     settings->scene.defines = options.defines.items;
     settings->scene.define_count = options.defines.count;
     settings->render.max_depth = options.max_depth == DEPTH_NOT_GIVEN ? 0 : options.max_depth;

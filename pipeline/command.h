@@ -17,6 +17,7 @@ int cmd_denoise(int argc, char **argv);
 int cmd_compare(int argc, char **argv);
 int cmd_composite(int argc, char **argv);
 int cmd_bench(int argc, char **argv);
+int cmd_report(int argc, char **argv);
 int cmd_info(int argc, char **argv);
 int cmd_merge(int argc, char **argv);
 

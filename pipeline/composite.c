@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "pipeline/crops.h"
+#include "pipeline/display.h"
 #include "pipeline/opencv.h"
 
 enum { PANEL_LEAST = 420, PANEL_MOST = 1280, PICTURE_MAX = 3 };
@@ -43,23 +44,12 @@ struct composite {
     struct canvas *canvas;
 };
 
-/* sRGB transfer function (IEC 61966-2-1), 8 bits. */
-static uint8_t encode(double linear) {
-    if (!(linear > 0))
-        return 0;
-    if (linear >= 1)
-        return 255;
-    return (uint8_t)(255 * (linear <= 0.0031308 ? 12.92 * linear
-                                                : 1.055 * pow(linear, 1 / 2.4) - 0.055) +
-                     0.5);
-}
-
 static uint8_t *show(float *const planes[3], size_t count, double exposure) {
     uint8_t *rgb = malloc(3 * count);
     const double scale = exp2(exposure);
     for (size_t i = 0; rgb && i < count; i++)
         for (int c = 0; c < 3; c++)
-            rgb[3 * i + c] = encode(scale * planes[c][i]);
+            rgb[3 * i + c] = display_byte(scale * planes[c][i]);
     return rgb;
 }
 

@@ -12,12 +12,17 @@ static const struct {
     const char *name, *about;
     int (*run)(int argc, char **argv);
 } COMMANDS[] = {
+#if FEWRAY_RENDERER
     {"render", "scene to picture: guided, denoised", cmd_render},
     {"merge", "parts of a picture, rendered by many machines, to the picture", cmd_merge},
+#endif
     {"denoise", "noisy EXR to clean EXR", cmd_denoise},
+#if FEWRAY_RENDERER
     {"compare", "error of a picture against a reference", cmd_compare},
     {"composite", "before/after PNG with error maps and crops", cmd_composite},
     {"bench", "error against time: table, CSV, JSON, plot", cmd_bench},
+    {"report", "the pictures of a folder as one HTML page", cmd_report},
+#endif
     {"info", "what a scene or an EXR holds", cmd_info},
 };
 enum { COMMAND_COUNT = sizeof COMMANDS / sizeof *COMMANDS };
@@ -34,8 +39,7 @@ static void print_help(void) {
 
 static int dispatch(int argc, char **argv) {
     if (argc < 2)
-        return report_usage("give a command: render, merge, denoise, compare, composite, bench or "
-                            "info (see `fewray --help`)");
+        return report_usage("give a command; `fewray --help` lists them");
     if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h")) {
         print_help();
         return EXIT_DONE;
@@ -47,9 +51,7 @@ static int dispatch(int argc, char **argv) {
     for (int i = 0; i < COMMAND_COUNT; i++)
         if (!strcmp(argv[1], COMMANDS[i].name))
             return COMMANDS[i].run(argc - 1, argv + 1);
-    return report_usage("there is no command '%s'; render, merge, denoise, compare, composite, "
-                        "bench and info are there",
-                        argv[1]);
+    return report_usage("there is no command '%s'; `fewray --help` lists them", argv[1]);
 }
 
 int main(int argc, char **argv) {

@@ -24,7 +24,8 @@ double plan_affordable(const struct plan_clock *clock) {
     return clock->sample > 0 ? fmax(0, (clock->left - clock->tail) / clock->sample) : 0;
 }
 
-double plan_doubling(double done) {
+/* The power of two, 2 or more, at which the next picture is due. */
+static double doubling(double done) {
     double target = 2;
     while (target <= done * 1.01)
         target *= 2;
@@ -32,7 +33,7 @@ double plan_doubling(double done) {
 }
 
 struct plan_step plan_step_in_time(const struct plan_clock *clock, double done) {
-    const double affordable = plan_affordable(clock), target = plan_doubling(done);
+    const double affordable = plan_affordable(clock), target = doubling(done);
     const double more = target - done, free_seconds = clock->left - clock->tail;
     if (done < 1) /* the least that is a picture, whatever it takes */
         return (struct plan_step){.more = 1 - done};
@@ -53,7 +54,7 @@ struct plan_step plan_step_in_time(const struct plan_clock *clock, double done) 
 struct plan_step plan_step_for_error(double done, double estimate, double wanted, double most) {
     if ((estimate >= 0 && estimate <= wanted) || done >= most)
         return (struct plan_step){.more = 0};
-    double target = plan_doubling(done);
+    double target = doubling(done);
     if (estimate >= 0) {
         const double needed = done * pow(estimate / wanted, 1 / PLAN_SLOPE) * SAFETY;
         target = fmin(target, fmax(needed, LEAST_GROWTH * done));
@@ -62,7 +63,7 @@ struct plan_step plan_step_for_error(double done, double estimate, double wanted
 }
 
 struct plan_step plan_step_for_samples(double done, double wanted) {
-    const double target = fmin(plan_doubling(done), wanted);
+    const double target = fmin(doubling(done), wanted);
     return (struct plan_step){.more = fmax(target - done, 0), .picture = target < wanted};
 }
 

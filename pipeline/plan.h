@@ -31,8 +31,6 @@ struct plan_clock {
 
 /* Samples that fit into the time, 0 or more. */
 double plan_affordable(const struct plan_clock *clock);
-/* The power of two, 2 or more, at which the next picture is due. */
-double plan_doubling(double done);
 struct plan_step plan_step_in_time(const struct plan_clock *clock, double done);
 /* estimate: of the error after `done` samples; negative: not known yet. */
 struct plan_step plan_step_for_error(double done, double estimate, double wanted, double most);

@@ -11,6 +11,8 @@
 #include <string.h>
 #include <sys/resource.h>
 
+#include "pipeline/origin.h"
+
 int stats_threads(int threads) {
     return threads > 0 ? threads : omp_get_num_procs();
 }
@@ -84,6 +86,16 @@ static json_t *plan_to_json(const struct fewray_plan *plan, double seconds) {
     return object;
 }
 
+/* What ran where, for whoever reads the figures later. */
+static void set_origin(json_t *object) {
+    char text[4096];
+    json_object_set_new(object, "version", json_string(FEWRAY_VERSION));
+    origin_cpu(text, sizeof text);
+    json_object_set_new(object, "cpu", json_string(text));
+    if (origin_command(text, sizeof text))
+        json_object_set_new(object, "command", json_string(text));
+}
+
 static json_t *stats_to_json(const struct fewray_run_stats *stats) {
     const struct fewray_render_stats *counts = &stats->counts;
     json_t *object = json_object();
@@ -105,6 +117,7 @@ static json_t *stats_to_json(const struct fewray_run_stats *stats) {
                                       stats->resumed_spp, "earlier_s",
                                       round(stats->earlier_s * 1e6) / 1e6));
     set_count(object, "peak_rss_bytes", peak_rss_bytes());
+    set_origin(object);
     set_count(object, "threads", stats->threads);
     set_count(object, "width", stats->width);
     set_count(object, "height", stats->height);

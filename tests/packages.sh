@@ -4,8 +4,9 @@
 # examples/run.sh.
 # install_missing PACKAGE... installs those that aren't there, and asks for root's rights only then.
 
-BUILD_PACKAGES="cmake ninja-build gcc g++ libc6-dev pkg-config libembree-dev libopenexr-dev libopenimageio-dev
-libdeflate-dev libpng-dev libopencv-dev libexpat1-dev libjansson-dev libassimp-dev zlib1g-dev"
+DENOISE_PACKAGES="libopenexr-dev libdeflate-dev libpng-dev zlib1g-dev" # all that FEWRAY_RENDERER=OFF needs
+BUILD_PACKAGES="cmake ninja-build gcc g++ libc6-dev pkg-config $DENOISE_PACKAGES libembree-dev libopenimageio-dev
+libopencv-dev libexpat1-dev libjansson-dev libassimp-dev"
 CLANG_PACKAGES="clang-14 libclang-rt-14-dev libomp-14-dev llvm-14" # which has the symbolizer that suppressions go by
 TEST_PACKAGES="libcmocka-dev openmpi-bin libopenmpi-dev"
 

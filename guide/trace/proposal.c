@@ -9,15 +9,15 @@
  * that was wrong there would make it noisier still, so the BSDF keeps half of the samples. */
 #define LATER_FRACTION 0.5f
 
-static struct proposal later_proposal(const struct guides *guides, bool last,
-                                      const struct shading *s) {
+struct proposal proposal_later(const struct guides *guides, bool last, struct vec3 position,
+                               struct vec3 normal) {
     struct proposal p = proposal_bsdf();
-    p.probe = probes_at(guides->probes, s->position, s->normal);
+    p.probe = probes_at(guides->probes, position, normal);
     if (p.probe) {
         p.bsdf_fraction = p.probe->bsdf_fraction;
         p.light_chance = p.probe->light_chance;
     }
-    const struct map *map = guides->maps ? maps_near(guides->maps, s->position, s->normal) : NULL;
+    const struct map *map = guides->maps ? maps_near(guides->maps, position, normal) : NULL;
     if (map) {
         p.maps = (struct map_mixture){1, {map}, {1}, map->bsdf_fraction};
         p.bsdf_fraction = map->bsdf_fraction;
@@ -25,6 +25,15 @@ static struct proposal later_proposal(const struct guides *guides, bool last,
     }
     if (!last)
         p.bsdf_fraction = fmaxf(p.bsdf_fraction, LATER_FRACTION);
+    return p;
+}
+
+struct proposal proposal_first(const struct fewray_maps *maps, int x, int y, struct vec3 position,
+                               struct vec3 normal) {
+    struct proposal p = proposal_bsdf();
+    p.maps = maps_at(maps, x, y, position, normal);
+    if (p.maps.count)
+        p.bsdf_fraction = p.maps.bsdf_fraction;
     return p;
 }
 
@@ -38,23 +47,21 @@ struct proposal proposal_at(const struct guides *guides, struct path_place place
         if (p.leaf)
             p.bsdf_fraction = ppg_leaf_bsdf_fraction(p.leaf);
     } else if (place.first && guides->maps) {
-        p.maps = maps_at(guides->maps, place.x, place.y, s->position, s->normal);
-        if (p.maps.count)
-            p.bsdf_fraction = p.maps.bsdf_fraction;
+        p = proposal_first(guides->maps, place.x, place.y, s->position, s->normal);
     } else if (!place.first && guides->probes) {
-        p = later_proposal(guides, place.last, s);
+        p = proposal_later(guides, place.last, s->position, s->normal);
     }
     p.bsdf_fraction = 1 - (1 - p.bsdf_fraction) * s->breadth;
     return p;
 }
 
-static struct vec3 sample_guide(const struct proposal *p, const float u[2]) {
+struct vec3 proposal_draw(const struct proposal *p, const float u[2]) {
     return p->leaf    ? ppg_leaf_sample(p->leaf, u)
            : p->probe ? probe_sample(p->probe, u)
                       : map_mixture_sample(&p->maps, u);
 }
 
-static float guide_pdf(const struct proposal *p, struct vec3 direction) {
+float proposal_guide_pdf(const struct proposal *p, struct vec3 direction) {
     return p->leaf    ? ppg_leaf_pdf(p->leaf, direction)
            : p->probe ? probe_pdf(p->probe, direction)
                       : map_mixture_pdf(&p->maps, direction);
@@ -65,7 +72,7 @@ struct proposal_pdf proposal_pdf(const struct proposal *p, const struct shading 
     float smooth = 1 - s->delta_chance, bsdf = bsdf_pdf(s, direction);
     struct proposal_pdf pdf = {.mixture = bsdf, .bsdf = smooth > 0 ? bsdf / smooth : 0};
     if (p->bsdf_fraction < 1) {
-        pdf.guide = guide_pdf(p, direction);
+        pdf.guide = proposal_guide_pdf(p, direction);
         pdf.mixture = p->bsdf_fraction * bsdf + (1 - p->bsdf_fraction) * smooth * pdf.guide;
     }
     return pdf;
@@ -86,7 +93,7 @@ bool proposal_sample(const struct proposal *p, const struct shading *s, float ch
         if (!bsdf_sample(s, fmaxf(delta, delta + (1 - delta) * (rest / a)), u, out))
             return false;
     } else {
-        *out = (struct bsdf_sample){.direction = sample_guide(p, u), .eta = 1};
+        *out = (struct bsdf_sample){.direction = proposal_draw(p, u), .eta = 1};
     }
     *pdf = proposal_pdf(p, s, out->direction);
     out->pdf = pdf->mixture;

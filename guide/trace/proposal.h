@@ -44,6 +44,16 @@ struct path_place {
     bool last;  /* the bounce from here can only find lights */
 };
 
+/* At a first vertex, by maps alone; normal: unit, towards the viewer. */
+struct proposal proposal_first(const struct fewray_maps *maps, int x, int y, struct vec3 position,
+                               struct vec3 normal);
+/* At a later one; guides->probes must be there. last: as in path_place. */
+struct proposal proposal_later(const struct guides *guides, bool last, struct vec3 position,
+                               struct vec3 normal);
+/* A direction of the guide alone, and its density (solid angle); bsdf_fraction < 1. */
+struct vec3 proposal_draw(const struct proposal *p, const float u[2]);
+float proposal_guide_pdf(const struct proposal *p, struct vec3 direction);
+
 struct proposal proposal_at(const struct guides *guides, struct path_place place,
                             const struct shading *s);
 /* choice, u: in [0, 1). */

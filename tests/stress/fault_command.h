@@ -147,6 +147,8 @@ static inline int make_inputs(void **state) {
     if (make_folder(state))
         return -1;
     expect_success(RENDER_PLAIN " -o in.exr");
+    mkdir(in_folder("pictures"), 0777);
+    expect_success(RENDER_PLAIN " -o pictures/in.exr");
     expect_success(RENDER_PLAIN " --part 1/2 -o part-1.exr");
     expect_success(RENDER_PLAIN " --part 2/2 -o part-2.exr");
     return 0;

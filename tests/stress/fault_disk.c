@@ -20,6 +20,7 @@ static const struct {
     {"merge part-1.exr part-2.exr -o a.exr --png a.png", {"a.exr", "a.png"}},
     {"denoise in.exr -o a.exr --png a.png --stats a.json", {"a.exr", "a.png", "a.json"}},
     {"composite in.exr in.exr in.exr -o a.png", {"a.png"}},
+    {"report pictures -o a.html", {"a.html"}},
 };
 enum { COMMAND_COUNT = sizeof COMMANDS / sizeof *COMMANDS, OUTPUT_MAX = 4 };
 

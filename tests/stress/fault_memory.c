@@ -15,10 +15,12 @@
 
 #include "fewray/features.h"
 #include "fewray/pipeline.h"
+#include "pipeline/page/page.h"
 
 #define SCENE EXAMPLES "/cornell-box.xml"
 
-static char in_exr[64], out_exr[64], out_png[64], out_stats[64], parts[2][64], frames[64];
+static char in_exr[64], out_exr[64], out_png[64], out_html[64], out_stats[64], parts[2][64],
+    frames[64];
 
 static struct fewray_job small_job(void) {
     struct fewray_job job;
@@ -117,6 +119,12 @@ static int compare(struct fewray_error *error) {
     return status;
 }
 
+static int report(struct fewray_error *error) {
+    const struct page_options options = {
+        .folder = folder, .output = out_html, .reference = in_exr, .max_width = 1920};
+    return page_write(&options, error);
+}
+
 /* As `fewray info` does. */
 static int load(struct fewray_error *error) {
     static const struct fewray_scene_options options = {.threads = 1};
@@ -141,6 +149,7 @@ static int prepare(void **state) {
     snprintf(in_exr, sizeof in_exr, "%s/in.exr", folder);
     snprintf(out_exr, sizeof out_exr, "%s/out.exr", folder);
     snprintf(out_png, sizeof out_png, "%s/out.png", folder);
+    snprintf(out_html, sizeof out_html, "%s/out.html", folder);
     snprintf(out_stats, sizeof out_stats, "%s/out.json", folder);
     snprintf(frames, sizeof frames, "%s/out.##.exr", folder);
     struct fewray_job job = small_job();
@@ -193,6 +202,7 @@ static const struct work {
     {"merge", merge, 12},
     {"denoise", denoise, 16},
     {"compare, composite", compare, 8},
+    {"report", report, 12},
     {"info", load, 12},
     {"info of glTF", load_gltf, 12},
 };

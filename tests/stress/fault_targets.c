@@ -49,6 +49,9 @@ static void test_impossible_targets_are_refused(void **state) {
         {"composite in.exr in.exr -o dir", NULL, "dir", "regular file"},
         {"composite in.exr in.exr -o none/a.png", NULL, "none/a.png", "No such file"},
         {"composite in.exr in.exr -o a.png", "open 1 .tmp fail 30", "a.png", "Read-only"},
+        {"report pictures -o dir", NULL, "dir", "regular file"},
+        {"report pictures -o none/a.html", NULL, "none/a.html", "No such file"},
+        {"report in.exr -o a.html", NULL, "in.exr", "Not a directory"},
         {"bench " SCENE " --reference in.exr -o in.exr", NULL, "in.exr", "Not a directory"},
         {"bench " SCENE " --reference in.exr -o csv", NULL, "csv/bench.csv", "regular file"},
     };

@@ -15,7 +15,7 @@ endforeach()
 add_test(NAME stress_fault_images COMMAND stress_fault_inputs test_image_*)
 
 # The linker sends our own code's allocations to fault_wrap.c.
-fewray_stress_test(fault_memory fewray_pipeline)
+fewray_stress_test(fault_memory fewray_pipeline PkgConfig::jansson)
 target_sources(stress_fault_memory PRIVATE fault_wrap.c)
 foreach(call malloc calloc realloc aligned_alloc free mmap strdup)
   target_link_options(stress_fault_memory PRIVATE -Wl,--wrap=${call})

@@ -2,6 +2,8 @@
 fewray_unit_test(frame fewray_features)
 fewray_unit_test(exr_header fewray_features)
 fewray_unit_test(frame_repair fewray_features)
-fewray_unit_test(image fewray_features)
-fewray_unit_test(module fewray_features)
+if(FEWRAY_RENDERER) # which has the module
+  fewray_unit_test(image fewray_features)
+  fewray_unit_test(module fewray_features)
+endif()
 fewray_unit_test(zip fewray_features ZLIB::ZLIB)

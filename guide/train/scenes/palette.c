@@ -21,7 +21,7 @@ struct vec3 color_any(struct random *r) {
     return color_hsv(hue, saturation, value);
 }
 
-struct vec3 color_wood(struct random *r) {
+static struct vec3 wood(struct random *r) {
     float hue = uniform(r, 0.04f, 0.12f), saturation = uniform(r, 0.35f, 0.8f);
     return color_hsv(hue, saturation, log_uniform(r, 0.07f, 0.7f));
 }
@@ -66,7 +66,7 @@ static int plain_wall(struct stage *stage) {
 static int plain_floor(struct stage *stage) {
     struct random *r = &stage->random;
     struct vec3 color =
-        chance(r, 0.5f) ? color_wood(r)
+        chance(r, 0.5f) ? wood(r)
                         : color_hsv(uniform(r, 0, 1), uniform(r, 0, 0.3f), uniform(r, 0.1f, 0.8f));
     if (chance(r, 0.45f))
         return stage_material(stage, color);
@@ -78,7 +78,7 @@ static int plain_floor(struct stage *stage) {
 
 static int plain_wood(struct stage *stage) {
     struct random *r = &stage->random;
-    struct vec3 color = color_wood(r);
+    struct vec3 color = wood(r);
     if (chance(r, 0.75f))
         return stage_material(stage, color);
     float u = log_uniform(r, 1, 12), v = log_uniform(r, 0.5f, 4);

@@ -8,7 +8,6 @@
 
 struct vec3 color_hsv(float hue, float saturation, float value);
 struct vec3 color_any(struct random *r);
-struct vec3 color_wood(struct random *r);
 /* Of a light: luminance about 1, from candle to daylight, seldom coloured. */
 struct vec3 color_light(struct random *r);
 

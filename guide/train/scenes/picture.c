@@ -138,7 +138,8 @@ static struct vec3 text(const struct picture *p, float u, float v) {
     return ink ? p->colors[heading ? 2 : 1] : p->colors[0];
 }
 
-struct vec3 picture_color(const struct picture *p, float u, float v) {
+/* Linear reflectance at u, v in 0..1. */
+static struct vec3 color_at(const struct picture *p, float u, float v) {
     switch (p->kind) {
     case PICTURE_GRAIN:
         return grain(p, u, v);
@@ -176,7 +177,7 @@ int picture_write(const struct picture *picture, const char *path, struct fewray
     for (int i = 0; i < PICTURE_SIZE * PICTURE_SIZE; i++) {
         float u = ((float)(i % PICTURE_SIZE) + 0.5f) / PICTURE_SIZE,
               v = ((float)(i / PICTURE_SIZE) + 0.5f) / PICTURE_SIZE;
-        struct vec3 color = picture_color(picture, u, v);
+        struct vec3 color = color_at(picture, u, v);
         rgb[3 * i] = to_srgb(color.x);
         rgb[3 * i + 1] = to_srgb(color.y);
         rgb[3 * i + 2] = to_srgb(color.z);

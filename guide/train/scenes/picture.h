@@ -36,8 +36,6 @@ struct picture {
 /* A picture of this kind out of two colours and mixtures of them. */
 struct picture picture_random(struct random *r, enum picture_kind kind, struct vec3 color,
                               struct vec3 other);
-/* Linear reflectance at u, v in 0..1. */
-struct vec3 picture_color(const struct picture *picture, float u, float v);
 int picture_write(const struct picture *picture, const char *path, struct fewray_error *error);
 
 #endif

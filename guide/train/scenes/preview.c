@@ -13,7 +13,8 @@
 #define EXPOSURE_HEIGHT  17
 #define EXPOSURE_SAMPLES 10
 
-struct vec3 preview_camera_dir(const struct camera_pose *camera, float x, float y, float aspect) {
+/* A ray of the camera through x, y in -1..1 (right, up) of a picture with this width / height. */
+static struct vec3 camera_dir(const struct camera_pose *camera, float x, float y, float aspect) {
     struct vec3 forward = normalize(sub(camera->target, camera->eye));
     struct vec3 left = normalize(cross(camera->up, forward)), up = cross(forward, left);
     float half = tanf(camera->fov * PI_F / 360);
@@ -39,8 +40,8 @@ struct view preview_view(const struct stage *stage, const struct camera_pose *ca
         float x = 2 * ((float)(i % VIEW_WIDTH) + 0.5f) / VIEW_WIDTH - 1;
         float y = 2 * ((float)(i / VIEW_WIDTH) + 0.5f) / VIEW_HEIGHT - 1;
         struct hit hit;
-        bool found = preview_hit(stage, camera->eye, preview_camera_dir(camera, x, y, aspect),
-                                 1e30f, true, &hit);
+        bool found =
+            preview_hit(stage, camera->eye, camera_dir(camera, x, y, aspect), 1e30f, true, &hit);
         depths[i] = found ? hit.distance : 1e30f;
         shapes[i] = found ? hit.shape : -1;
         view.sky_share += found ? 0 : 1.0f / N;
@@ -186,7 +187,7 @@ struct exposure preview_exposure(const struct stage *stage, const struct camera_
         for (int s = 0; s < EXPOSURE_SAMPLES; s++) {
             float x = 2 * ((float)(i % EXPOSURE_WIDTH) + uniform(r, 0, 1)) / EXPOSURE_WIDTH - 1;
             float y = 2 * ((float)(i / EXPOSURE_WIDTH) + uniform(r, 0, 1)) / EXPOSURE_HEIGHT - 1;
-            struct vec3 dir = preview_camera_dir(camera, x, y, aspect);
+            struct vec3 dir = camera_dir(camera, x, y, aspect);
             float emitted;
             pixels[i] +=
                 reflected(stage, &lights, camera->eye, dir, r, &emitted) / EXPOSURE_SAMPLES;

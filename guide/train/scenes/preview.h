@@ -17,9 +17,6 @@ bool preview_hit(const struct stage *stage, struct vec3 origin, struct vec3 dir,
                  bool see_glass, struct hit *hit);
 /* World space, at a point of the unit shape (no mesh). */
 struct vec3 preview_normal(const struct shape *shape, struct vec3 local);
-/* A ray of the camera through x, y in -1..1 (right, up) of a picture with this width / height. */
-struct vec3 preview_camera_dir(const struct camera_pose *camera, float x, float y, float aspect);
-
 /* What a camera sees, from its first hits alone; depths in world units, the sky counts as far. */
 struct view {
     float nearest, near_depth, median_depth; /* 0th, 5th and 50th percentile */

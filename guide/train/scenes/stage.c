@@ -152,7 +152,9 @@ static float bounding_radius(enum shape_kind kind, const struct xform *to_world)
     }
 }
 
-int stage_add(struct stage *stage, enum shape_kind kind, struct xform to_world, int material) {
+/* Adds a shape; returns its index (0 where memory is short). */
+static int add_shape(struct stage *stage, enum shape_kind kind, struct xform to_world,
+                     int material) {
     if (!grow(stage, (void **)&stage->shapes, stage->shape_count, &stage->shape_capacity,
               sizeof *stage->shapes))
         return 0;
@@ -169,7 +171,7 @@ int stage_add(struct stage *stage, enum shape_kind kind, struct xform to_world, 
 int stage_box(struct stage *stage, struct xform place, struct vec3 center, struct vec3 half,
               int material) {
     struct xform at = xform_multiply(place, xform_translate(center.x, center.y, center.z));
-    return stage_add(stage, SHAPE_CUBE, xform_multiply(at, xform_scale(half.x, half.y, half.z)),
+    return add_shape(stage, SHAPE_CUBE, xform_multiply(at, xform_scale(half.x, half.y, half.z)),
                      material);
 }
 
@@ -178,7 +180,7 @@ int stage_ball(struct stage *stage, struct xform place, struct vec3 center, floa
     /* Without the place's rotation: rounding would look like a shear to Mitsuba's sphere. */
     struct vec3 at = xform_point(&place, center);
     float r = radius * length(xform_vector(&place, vec(1, 0, 0)));
-    return stage_add(stage, SHAPE_SPHERE,
+    return add_shape(stage, SHAPE_SPHERE,
                      (struct xform){{r, 0, 0, at.x, 0, r, 0, at.y, 0, 0, r, at.z}}, material);
 }
 
@@ -190,7 +192,7 @@ int stage_panel(struct stage *stage, enum shape_kind kind, struct xform place, s
     struct xform frame = {
         {u.x, v.x, n.x, center.x, u.y, v.y, n.y, center.y, u.z, v.z, n.z, center.z}};
     struct xform local = xform_multiply(frame, xform_scale(half_u, half_v, 1));
-    return stage_add(stage, kind, xform_multiply(place, local), material);
+    return add_shape(stage, kind, xform_multiply(place, local), material);
 }
 
 void stage_tube(struct stage *stage, struct xform place, struct vec3 center, float radius,
@@ -212,7 +214,7 @@ int stage_cylinder(struct stage *stage, struct xform place, struct vec3 from, st
     u = scale(u, radius), v = scale(v, radius);
     struct xform local = {
         {u.x, v.x, axis.x, from.x, u.y, v.y, axis.y, from.y, u.z, v.z, axis.z, from.z}};
-    return stage_add(stage, SHAPE_CYLINDER, xform_multiply(place, local), material);
+    return add_shape(stage, SHAPE_CYLINDER, xform_multiply(place, local), material);
 }
 
 void stage_mesh(struct stage *stage, struct xform place, struct mesh *mesh, int material) {
@@ -220,7 +222,7 @@ void stage_mesh(struct stage *stage, struct xform place, struct mesh *mesh, int 
         mesh_destroy(&mesh);
         return;
     }
-    int index = stage_add(stage, SHAPE_MESH, place, material);
+    int index = add_shape(stage, SHAPE_MESH, place, material);
     stage->meshes[stage->mesh_count++] = mesh;
     if (index >= stage->shape_count)
         return;

@@ -105,8 +105,6 @@ int stage_checkerboard(struct stage *stage, struct vec3 color0, struct vec3 colo
 /* Any material; its picture is an index of stage->pictures or -1. */
 int stage_add_material(struct stage *stage, const struct material *material);
 
-/* Adds a shape; returns its index (0 where memory is short). */
-int stage_add(struct stage *stage, enum shape_kind kind, struct xform to_world, int material);
 int stage_box(struct stage *stage, struct xform place, struct vec3 center, struct vec3 half,
               int material);
 int stage_ball(struct stage *stage, struct xform place, struct vec3 center, float radius,
