@@ -9,6 +9,7 @@
 #include "denoise/run.h"
 
 #define EMISSION_SUFFIX ":emission"
+#define SHARED_SUFFIX   ":shared"
 
 static struct fewray_channels frame_layer(const struct fewray_frame *frame,
                                           enum fewray_layer layer) {
@@ -78,14 +79,21 @@ static void give_back(struct fewray_frame *frame, const struct fewray_denoise_la
     }
 }
 
-/* NAME or NAME:emission. */
+static bool ends_with(const char *text, const char *suffix) {
+    const size_t length = strlen(text), end = strlen(suffix);
+    return length >= end && !strcmp(text + length - end, suffix);
+}
+
+/* NAME, NAME:emission or NAME:shared. */
 static int take_named(struct fewray_frame *frame, const char *text,
                       struct fewray_denoise_layer *layer, struct fewray_error *error) {
     char name[FEWRAY_NAME_MAX], channels[3][FEWRAY_NAME_MAX + 2];
     const char *const names[3] = {channels[0], channels[1], channels[2]};
-    const char *suffix = strstr(text, EMISSION_SUFFIX);
-    const bool marked = suffix && !suffix[strlen(EMISSION_SUFFIX)];
-    const size_t length = marked ? (size_t)(suffix - text) : strlen(text);
+    const bool inside = ends_with(text, EMISSION_SUFFIX), shared = ends_with(text, SHARED_SUFFIX);
+    const bool marked = inside || shared;
+    const size_t length = strlen(text) - (inside   ? strlen(EMISSION_SUFFIX)
+                                          : shared ? strlen(SHARED_SUFFIX)
+                                                   : 0);
     snprintf(name, sizeof name, "%.*s", (int)length, text);
     bool complete = true;
     for (int c = 0; c < 3; c++) {
@@ -97,9 +105,9 @@ static int take_named(struct fewray_frame *frame, const char *text,
                            "%s isn't a layer to denoise: the denoiser itself needs it", name);
     if (length < sizeof name && complete) {
         const struct fewray_channels emission = frame_layer(frame, FEWRAY_EMISSION);
-        if (marked || !strcmp(name, "direct"))
+        if (inside || (!shared && !strcmp(name, "direct")))
             layer->emission = FEWRAY_EMISSION_INSIDE;
-        else if (!kpn_has(&emission))
+        else if (shared || !kpn_has(&emission))
             layer->emission = FEWRAY_EMISSION_SHARED;
         return take_planes(frame, names, 3, layer, error);
     }

@@ -195,7 +195,7 @@ static void look_through(struct look *l, int i, uint64_t *state) {
     l->depth[i] = first.lamp ? 0 : first.distance;
     copy(first.position, l->position[i]);
     copy(first.normal, l->normal[i]);
-    hemisphere(first.normal, 1, state, l->direction[i]);
+    fewray_guide_look_direction(1, i % WIDTH, i / WIDTH, 0, first.normal, l->direction[i]);
     const struct hit second = trace(first.position, l->direction[i]);
     l->distance[i] = second.distance;
     copy(second.normal, l->second_normal[i]);

@@ -2,17 +2,12 @@
 /* OpenEXR files into frames, through OpenEXRCore (the C API of OpenEXR 3.1 and later). */
 #include "features/features_private.h"
 
-#include <openexr.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "features/exr_file.h"
 #include "features/zip.h"
-
-/* The first thing that the library said against the file. */
-struct complaint {
-    char text[256];
-};
 
 /* Where the chunks (blocks of scanlines, or tiles) of the part lie in the frame. */
 struct chunk_grid {
@@ -26,39 +21,6 @@ struct chunk_grid {
     int chunk_columns, chunk_rows;
 };
 
-/* Without a handler the library prints to stderr. */
-static void hear_complaint(exr_const_context_t exr, exr_result_t code, const char *text) {
-    void *data = NULL;
-    (void)code;
-    if (exr_get_user_data(exr, &data) != EXR_ERR_SUCCESS || !data)
-        return;
-    struct complaint *complaint = data;
-#pragma omp critical(fewray_exr_complaint)
-    if (!complaint->text[0])
-        snprintf(complaint->text, sizeof complaint->text, "%s", text);
-}
-
-static int fail_exr(struct fewray_error *error, const char *path, exr_result_t code,
-                    const struct complaint *complaint) {
-    const char *text = complaint->text[0] ? complaint->text : exr_get_default_error_message(code);
-    if (code == EXR_ERR_OUT_OF_MEMORY)
-        return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
-    if (code == EXR_ERR_FEATURE_NOT_IMPLEMENTED)
-        return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0, "unsupported EXR file: %s",
-                           text);
-    return fewray_fail(error, FEWRAY_ERROR_FORMAT, path, 0,
-                       "damaged, cut off or not an EXR file: %s", text);
-}
-
-/* The name of a plane. Of several parts each is a layer, whose channels are often called R, G, B
- * alone: then the part's name stands for the layer's. */
-static bool plane_name(const char *part_name, const char *channel, char name[FEWRAY_NAME_MAX]) {
-    const bool layered = !part_name || !part_name[0] || strchr(channel, '.');
-    const int length = layered ? snprintf(name, FEWRAY_NAME_MAX, "%s", channel)
-                               : snprintf(name, FEWRAY_NAME_MAX, "%s.%s", part_name, channel);
-    return channel[0] && length < FEWRAY_NAME_MAX;
-}
-
 /* Adds a plane for each channel; planes[] has room for all. What an earlier part already has (the
  * other eye's picture, say) gets no plane. */
 static int add_channels(const exr_attr_chlist_t *channels, const char *part_name, const char *path,
@@ -70,7 +32,7 @@ static int add_channels(const exr_attr_chlist_t *channels, const char *part_name
             return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
                                "channel %s is subsampled, store it at full resolution",
                                channel->name.str);
-        if (!plane_name(part_name, channel->name.str, name))
+        if (!exr_plane_name(part_name, channel->name.str, name))
             return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
                                "the channel name '%.80s' is empty or longer than %d bytes",
                                channel->name.str, FEWRAY_NAME_MAX - 1);
@@ -104,21 +66,6 @@ static exr_result_t plan_chunks(struct chunk_grid *grid) {
     return EXR_ERR_SUCCESS;
 }
 
-/* Replaces the library's own, slower way; blocks as long as their raw data are raw. */
-static exr_result_t unzip(exr_decode_pipeline_t *decode) {
-    if (decode->chunk.packed_size == decode->chunk.unpacked_size)
-        return EXR_ERR_SUCCESS;
-    switch (zip_unpack(decode->decoding_user_data, decode->packed_buffer, decode->chunk.packed_size,
-                       decode->unpacked_buffer, decode->chunk.unpacked_size)) {
-    case ZIP_OK:
-        return EXR_ERR_SUCCESS;
-    case ZIP_NO_MEMORY:
-        return EXR_ERR_OUT_OF_MEMORY;
-    default:
-        return EXR_ERR_CORRUPT_CHUNK;
-    }
-}
-
 /* Decodes the chunk at (column, row) of the grid into the planes. decode is used again by the
  * thread's next chunk. */
 static exr_result_t read_chunk(const struct chunk_grid *grid, int column, int row,
@@ -149,7 +96,7 @@ static exr_result_t read_chunk(const struct chunk_grid *grid, int column, int ro
     if (first)
         code = exr_decoding_choose_default_routines(grid->exr, grid->part, decode);
     if (first && grid->zip) {
-        decode->decompress_fn = unzip;
+        decode->decompress_fn = exr_unzip;
         decode->decoding_user_data = zip;
     }
     return code == EXR_ERR_SUCCESS ? exr_decoding_run(grid->exr, grid->part, decode) : code;
@@ -185,21 +132,6 @@ static exr_result_t read_chunks(const struct chunk_grid *grid) {
     return result;
 }
 
-/* OpenEXRCore 3.1 doesn't know DWA, and reads wrong pixels of B44 where a block has an odd size. */
-static bool compression_works(exr_compression_t compression) {
-    switch (compression) {
-    case EXR_COMPRESSION_NONE:
-    case EXR_COMPRESSION_RLE:
-    case EXR_COMPRESSION_ZIPS:
-    case EXR_COMPRESSION_ZIP:
-    case EXR_COMPRESSION_PIZ:
-    case EXR_COMPRESSION_PXR24:
-        return true;
-    default:
-        return false;
-    }
-}
-
 /* What the header says of a part, checked before anything is allocated from it. */
 struct part {
     int index;
@@ -211,8 +143,9 @@ struct part {
     int width, height;
 };
 
-static int read_header(exr_const_context_t exr, const char *path, const struct complaint *complaint,
-                       struct part *part, struct fewray_error *error) {
+static int read_header(exr_const_context_t exr, const char *path,
+                       const struct exr_complaint *complaint, struct part *part,
+                       struct fewray_error *error) {
     exr_result_t code = exr_get_storage(exr, part->index, &part->storage);
     if (code == EXR_ERR_SUCCESS)
         code = exr_get_data_window(exr, part->index, &part->window);
@@ -221,7 +154,7 @@ static int read_header(exr_const_context_t exr, const char *path, const struct c
     if (code == EXR_ERR_SUCCESS)
         code = exr_get_compression(exr, part->index, &part->compression);
     if (code != EXR_ERR_SUCCESS)
-        return fail_exr(error, path, code, complaint);
+        return exr_file_fail(error, path, code, complaint);
     if (part->storage != EXR_STORAGE_SCANLINE && part->storage != EXR_STORAGE_TILED)
         return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0,
                            "deep pictures aren't supported, flatten it first");
@@ -257,7 +190,7 @@ static int spare_plane(const struct fewray_frame *frame, float **planes, int cou
 
 /* Adds the pixels of a part to the frame. */
 static int read_pixels(exr_const_context_t exr, const struct part *part, const char *path,
-                       const struct complaint *complaint, struct fewray_frame *frame,
+                       const struct exr_complaint *complaint, struct fewray_frame *frame,
                        struct fewray_error *error) {
     if (frame->plane_count + (size_t)part->channels->num_channels > FEATURES_MAX_CHANNELS)
         return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, path, 0, "more than %d channels",
@@ -282,7 +215,7 @@ static int read_pixels(exr_const_context_t exr, const struct part *part, const c
         if (code == EXR_ERR_SUCCESS)
             code = read_chunks(&grid);
         if (code != EXR_ERR_SUCCESS)
-            status = fail_exr(error, path, code, complaint);
+            status = exr_file_fail(error, path, code, complaint);
     }
     free(spare);
     free(planes);
@@ -300,7 +233,7 @@ static double raw_bytes(const struct part *part) {
 /* Raw bytes that one byte of the file may hold at most. */
 static double greatest_ratio(exr_compression_t compression) {
     /* DWA: blocks of 64 half floats as one, deflated. */
-    return compression_works(compression) ? FEATURES_MAX_RATIO : 64 * FEATURES_MAX_RATIO;
+    return exr_compression_works(compression) ? FEATURES_MAX_RATIO : 64 * FEATURES_MAX_RATIO;
 }
 
 /* Refuses a part that can't be in what is left of the file, and one that would fill the memory,
@@ -347,8 +280,9 @@ static int read_attributes(exr_const_context_t exr, const char *path, struct few
 }
 
 /* Checks all parts, of which only the first must be one that can be read. */
-static int check_parts(exr_const_context_t exr, const char *path, const struct complaint *complaint,
-                       int count, double left, struct part *first, struct fewray_error *error) {
+static int check_parts(exr_const_context_t exr, const char *path,
+                       const struct exr_complaint *complaint, int count, double left,
+                       struct part *first, struct fewray_error *error) {
     int status = read_header(exr, path, complaint, first, error);
     if (status == FEWRAY_OK)
         status = check_size(exr, first, path, &left, error);
@@ -362,14 +296,14 @@ static int check_parts(exr_const_context_t exr, const char *path, const struct c
 
 /* The first part gives the frame its size; parts of another size and those that can't be read at
  * all, a deep one say, are no layers of the same picture. */
-static int read_layers(exr_const_context_t exr, const char *path, const struct complaint *complaint,
-                       int count, const struct part *first, struct fewray_frame *frame,
-                       struct fewray_error *error) {
+static int read_layers(exr_const_context_t exr, const char *path,
+                       const struct exr_complaint *complaint, int count, const struct part *first,
+                       struct fewray_frame *frame, struct fewray_error *error) {
     int status = FEWRAY_OK;
     for (int i = 0; i < count && status == FEWRAY_OK; i++) {
         struct part part = {.index = i};
         if (read_header(exr, path, complaint, &part, NULL) != FEWRAY_OK ||
-            !compression_works(part.compression) || !same_window(&part, first))
+            !exr_compression_works(part.compression) || !same_window(&part, first))
             continue;
         if (count > 1 && exr_get_name(exr, i, &part.name) != EXR_ERR_SUCCESS)
             part.name = NULL;
@@ -378,18 +312,18 @@ static int read_layers(exr_const_context_t exr, const char *path, const struct c
     return status;
 }
 
-static int read_parts(exr_const_context_t exr, const char *path, const struct complaint *complaint,
-                      uint64_t file_size, enum exr_wish wish, struct fewray_frame **out,
-                      struct fewray_error *error) {
+static int read_parts(exr_const_context_t exr, const char *path,
+                      const struct exr_complaint *complaint, uint64_t file_size, enum exr_wish wish,
+                      struct fewray_frame **out, struct fewray_error *error) {
     int count = 0, samples = 0;
     exr_result_t code = exr_get_count(exr, &count);
     if (code != EXR_ERR_SUCCESS)
-        return fail_exr(error, path, code, complaint);
+        return exr_file_fail(error, path, code, complaint);
     struct part first = {.index = 0};
     int status = check_parts(exr, path, complaint, count, (double)file_size, &first, error);
     if (status != FEWRAY_OK)
         return status;
-    if (!compression_works(first.compression))
+    if (!exr_compression_works(first.compression))
         return wish == EXR_PIXELS_OR_FOREIGN
                    ? EXR_IS_FOREIGN
                    : fewray_fail(
@@ -410,22 +344,14 @@ int exr_read(const char *path, enum exr_wish wish, struct fewray_frame **out,
              struct fewray_error *error) {
     *out = NULL;
     uint64_t size = 0;
-    int status = file_check_readable(path, &size, error);
-    if (status != FEWRAY_OK)
-        return status;
-    struct complaint complaint = {{0}};
-    exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    settings.error_handler_fn = hear_complaint;
-    settings.user_data = &complaint;
-    /* Without this flag, blocks that a cut-off file lacks are searched for instead of reported. */
-    settings.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
+    struct exr_complaint complaint = {{0}};
     exr_context_t exr = NULL;
-    const exr_result_t code = exr_start_read(&exr, path, &settings);
-    status = code == EXR_ERR_SUCCESS ? read_parts(exr, path, &complaint, size, wish, out, error)
-                                     : fail_exr(error, path, code, &complaint);
+    int status = exr_file_open(path, &complaint, &exr, &size, error);
+    if (status == FEWRAY_OK)
+        status = read_parts(exr, path, &complaint, size, wish, out, error);
     /* The library takes what stands before a broken attribute for the whole header. */
     if (status == EXR_IS_FOREIGN && complaint.text[0])
-        status = fail_exr(error, path, EXR_ERR_CORRUPT_CHUNK, &complaint);
+        status = exr_file_fail(error, path, EXR_ERR_CORRUPT_CHUNK, &complaint);
     if (exr)
         exr_finish(&exr);
     if (status != FEWRAY_OK)

@@ -2,22 +2,13 @@
 /* Frames into OpenEXR files, through OpenEXRCore: one scanline part, ZIP (blocks of 16 lines). */
 #include "features/features_private.h"
 
-#include <errno.h>
-#include <openexr.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
+#include "features/exr_file.h"
 #include "features/zip.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "EXR files are little-endian");
-
-/* What the library's callbacks need to know. */
-struct sink {
-    int fd;
-    int write_errno; /* 0 while all goes well */
-};
 
 /* What is written. */
 struct picture {
@@ -26,22 +17,6 @@ struct picture {
     bool float32;
     int lines; /* of a block */
 };
-
-/* The library would print to stderr. What it says can't be kept: it may hold its lock here, which
- * the way to our own data would wait for without end. */
-static void ignore_complaint(exr_const_context_t exr, exr_result_t code, const char *text) {
-    (void)exr, (void)code, (void)text;
-}
-
-static int64_t write_bytes(exr_const_context_t exr, void *user_data, const void *bytes,
-                           uint64_t size, uint64_t offset, exr_stream_error_func_ptr_t complain) {
-    struct sink *sink = user_data;
-    (void)exr, (void)complain;
-    if (file_write_all(sink->fd, bytes, (size_t)size, (int64_t)offset))
-        return (int64_t)size;
-    sink->write_errno = errno;
-    return -1;
-}
 
 /* A thread's block of scanlines: its raw data, as the file has it, and what compresses it. */
 struct block {
@@ -150,21 +125,12 @@ static exr_result_t sort_planes(exr_const_context_t exr, struct picture *picture
     return code;
 }
 
-static exr_result_t write_picture(struct picture *picture, const char *path, struct sink *sink) {
-    exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    settings.error_handler_fn = ignore_complaint;
-    settings.user_data = sink;
-    settings.write_fn = write_bytes;
-    exr_context_t exr = NULL;
-    exr_result_t code = exr_start_write(&exr, path, EXR_WRITE_FILE_DIRECTLY, &settings);
-    if (code == EXR_ERR_SUCCESS)
-        code = declare_part(exr, picture->frame, picture->float32);
+static exr_result_t write_picture(exr_context_t exr, void *user) {
+    struct picture *picture = user;
+    exr_result_t code = declare_part(exr, picture->frame, picture->float32);
     if (code == EXR_ERR_SUCCESS)
         code = sort_planes(exr, picture);
-    if (code == EXR_ERR_SUCCESS)
-        code = write_blocks(exr, picture);
-    const exr_result_t finished = exr ? exr_finish(&exr) : EXR_ERR_SUCCESS;
-    return code == EXR_ERR_SUCCESS ? finished : code;
+    return code == EXR_ERR_SUCCESS ? write_blocks(exr, picture) : code;
 }
 
 int fewray_frame_write_exr(const struct fewray_frame *frame, const char *path, bool float32,
@@ -175,24 +141,7 @@ int fewray_frame_write_exr(const struct fewray_frame *frame, const char *path, b
     picture.planes = calloc(frame->plane_count, sizeof *picture.planes);
     if (!picture.planes)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "out of memory");
-    struct sink sink = {.fd = -1};
-    char *temporary = NULL;
-    int status = sink.fd = file_create_temporary(path, &temporary, error);
-    if (sink.fd >= 0) {
-        const exr_result_t code = write_picture(&picture, path, &sink);
-        if (close(sink.fd) != 0 && !sink.write_errno)
-            sink.write_errno = errno;
-        if (code == EXR_ERR_SUCCESS && !sink.write_errno) {
-            status = fewray_commit_file(temporary, path, error);
-        } else {
-            fewray_discard_file(temporary);
-            status = code == EXR_ERR_OUT_OF_MEMORY ? FEWRAY_ERROR_MEMORY : FEWRAY_ERROR_IO;
-            fewray_fail(error, status, path, 0, "can't write the file: %s",
-                        sink.write_errno ? strerror(sink.write_errno)
-                                         : exr_get_default_error_message(code));
-        }
-    }
-    free(temporary);
+    const int status = exr_file_write(path, write_picture, &picture, error);
     free(picture.planes);
     return status;
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* fewray info: what a scene or an EXR holds. */
 
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -9,7 +8,7 @@
 
 #include "fewray/pipeline.h"
 #include "pipeline/command.h"
-#include "pipeline/layer_names.h"
+#include "pipeline/info_exr.h"
 #include "pipeline/options.h"
 
 static bool is_exr(const char *path) {
@@ -24,54 +23,6 @@ static bool is_exr(const char *path) {
     if (file)
         fclose(file);
     return same;
-}
-
-static void print_channel(const struct fewray_plane *plane, size_t count) {
-    double sum = 0, least = INFINITY, most = -INFINITY;
-    size_t finite = 0;
-    for (size_t i = 0; i < count; i++) {
-        const double value = plane->data[i];
-        if (!isfinite(value))
-            continue;
-        finite++;
-        sum += value;
-        least = fmin(least, value);
-        most = fmax(most, value);
-    }
-    if (finite)
-        printf("  %-24s %12.5g %12.5g %12.5g", plane->name, least, sum / (double)finite, most);
-    else
-        printf("  %-24s %12s %12s %12s", plane->name, "-", "-", "-");
-    printf(" %12zu\n", count - finite);
-}
-
-/* What `fewray denoise` finds, by whatever names; the planes get fewray's own. */
-static void print_layers(struct fewray_frame *frame) {
-    static const char *const names[FEWRAY_LAYER_COUNT] = {
-        "color",  "noisy", "variance", "albedo",     "shaded albedo",
-        "normal", "depth", "emission", "irradiance", "irradiance confidence"};
-    float *planes[3];
-    adopt_layer_names(frame, NAMING_AUTO);
-    printf("layers found:");
-    for (int layer = 0; layer < FEWRAY_LAYER_COUNT; layer++)
-        if (fewray_frame_layer(frame, layer, planes))
-            printf(" %s", names[layer]);
-    putchar('\n');
-}
-
-static int info_exr(const char *path, struct fewray_error *error) {
-    struct fewray_frame *frame;
-    const int status = fewray_frame_read_exr(path, &frame, error);
-    if (status)
-        return status;
-    printf("%s: EXR, %dx%d pixels, %zu channels\n", path, frame->width, frame->height,
-           frame->plane_count);
-    printf("  %-24s %12s %12s %12s %12s\n", "channel", "min", "mean", "max", "non-finite");
-    for (size_t i = 0; i < frame->plane_count; i++)
-        print_channel(&frame->planes[i], (size_t)frame->width * (size_t)frame->height);
-    print_layers(frame);
-    fewray_frame_destroy(&frame);
-    return FEWRAY_OK;
 }
 
 static int info_scene(const char *path, const struct text_list *defines, bool lenient,
@@ -102,27 +53,29 @@ static int info_scene(const char *path, const struct text_list *defines, bool le
 
 int cmd_info(int argc, char **argv) {
     struct text_list defines = {.count = 0};
-    bool lenient = false;
+    bool lenient = false, as_json = false;
     const struct option_spec specs[] = {
         {"define", 'D', OPTION_DEFINE, &defines, "NAME=VALUE", "for $NAME in the scene", 0, 0,
          NULL},
+        {"json", 0, OPTION_FLAG, &as_json, NULL, "of an EXR, as JSON", 0, 0, NULL},
         {"lenient", 0, OPTION_FLAG, &lenient, NULL, LENIENT_HELP, 0, 0, NULL},
         {0},
     };
-    const struct command_line line = {
-        "info",
-        "SCENE|FILE.exr [options]",
-        "Prints what a scene holds, or the size, layers and channels of an EXR.",
-        specs,
-        1,
-        1};
+    const struct command_line line = {"info",
+                                      "SCENE|FILE.exr [options]",
+                                      "Prints what a scene holds; of an EXR its size, channels and "
+                                      "metadata, and what `fewray denoise` "
+                                      "takes its layers from.",
+                                      specs,
+                                      1,
+                                      1};
     int first_file;
     const enum parse_result parsed = parse_command_line(&line, argc, argv, &first_file);
     if (parsed != PARSE_OK)
         return parsed == PARSE_HELP ? EXIT_DONE : EXIT_WRONG_COMMAND_LINE;
     const char *path = argv[first_file];
     struct fewray_error error;
-    const int status =
-        is_exr(path) ? info_exr(path, &error) : info_scene(path, &defines, lenient, &error);
+    const int status = is_exr(path) ? info_exr(path, as_json, &error)
+                                    : info_scene(path, &defines, lenient, &error);
     return status ? report_failure(&error) : EXIT_DONE;
 }

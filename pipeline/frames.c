@@ -4,6 +4,7 @@
 #include "pipeline/frames.h"
 
 #include <ctype.h>
+#include <dirent.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -87,4 +88,67 @@ char *frames_name(const char *pattern, int frame) {
         snprintf(name, size, "%.*s%0*d%s", (int)(place - pattern), pattern, digits, frame,
                  place + length);
     return name;
+}
+
+/* --- files that are there */
+
+static int by_number(const void *a, const void *b) {
+    const int x = *(const int *)a, y = *(const int *)b;
+    return (x > y) - (x < y);
+}
+
+/* The number in a file's name, or -1. */
+static int number_of(const char *pattern, const char *name) {
+    size_t length;
+    int digits, number;
+    const char *place = find_place(pattern, &length, &digits);
+    const size_t before = (size_t)(place - pattern);
+    if (strncmp(pattern, name, before))
+        return -1;
+    const char *text = name + before;
+    if (!read_number(&text, &number) || strcmp(text, place + length))
+        return -1;
+    char *again = frames_name(pattern, number); /* 7 isn't 0007 */
+    const bool same = again && !strcmp(again, name);
+    free(again);
+    return same ? number : -1;
+}
+
+int frames_find(const char *pattern, int **numbers, int *count, struct fewray_error *error) {
+    const char *slash = strrchr(pattern, '/');
+    const char *file = slash ? slash + 1 : pattern;
+    char *folder = slash ? strndup(pattern, (size_t)(file - pattern)) : strdup(".");
+    int room = 0, status = FEWRAY_OK;
+    *numbers = NULL;
+    *count = 0;
+    if (!frames_name_has_place(file)) {
+        free(folder);
+        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, pattern, 0,
+                           "the file's name has no one place for the frame's number");
+    }
+    DIR *files = folder ? opendir(folder) : NULL;
+    if (!files)
+        status = fewray_fail(error, FEWRAY_ERROR_IO, pattern, 0, "can't look into the folder: %s",
+                             folder ? strerror(errno) : "out of memory");
+    for (struct dirent *entry; !status && (entry = readdir(files));) {
+        const int number = number_of(file, entry->d_name);
+        if (number < 0)
+            continue;
+        if (*count == room) {
+            room = room ? 2 * room : 64;
+            int *more = realloc(*numbers, (size_t)room * sizeof **numbers);
+            if (!more) {
+                status = fewray_fail(error, FEWRAY_ERROR_MEMORY, pattern, 0, "out of memory");
+                break;
+            }
+            *numbers = more;
+        }
+        (*numbers)[(*count)++] = number;
+    }
+    if (*count)
+        qsort(*numbers, (size_t)*count, sizeof **numbers, by_number);
+    if (files)
+        closedir(files);
+    free(folder);
+    return status;
 }

@@ -20,4 +20,8 @@ bool frames_name_has_place(const char *pattern);
  * says. A pattern without a place is copied. NULL: out of memory. */
 char *frames_name(const char *pattern, int frame);
 
+/* The numbers of the files that are there, in ascending order: *numbers is malloc'd. Only the
+ * file's own name may have the place, not its folder's. */
+int frames_find(const char *pattern, int **numbers, int *count, struct fewray_error *error);
+
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* One table from the channel names of other renderers to ours. */
+/* Finds layers by the channel names of other renderers and gives them ours. */
 
 #include "pipeline/layer_names.h"
 
@@ -8,73 +8,34 @@
 #include <string.h>
 #include <strings.h>
 
-struct alias {
-    enum layer_naming naming;
-    enum fewray_layer layer;
-    const char *stem; /* what stands before the component, without Blender's view layer and the
-                         name of Mitsuba's outer integrators; case doesn't count */
-    const char *components; /* the letter of each channel */
-};
+#include "pipeline/layer_aliases.h"
 
-/* For each layer the best first. Mitsuba's AOV names are the scene author's; these are the ones of
- * its documentation and of common scenes. Blender's channels begin with the name of the view layer,
- * which may be anything; its long pass names are those of Blender 5. pbrt's are its GBufferFilm's,
- * the ones without a dot those of its first years. NAMING_AUTO: the names of parts and channels in
- * use among compositing programs. */
-static const struct alias ALIASES[] = {
-    {NAMING_BLENDER, FEWRAY_COLOR, "Noisy Image.", "RGB"},
-    {NAMING_BLENDER, FEWRAY_COLOR, "Combined.", "RGB"},
-    {NAMING_BLENDER, FEWRAY_ALBEDO, "Denoising Albedo.", "RGB"},
-    {NAMING_BLENDER, FEWRAY_ALBEDO, "DiffCol.", "RGB"},
-    {NAMING_BLENDER, FEWRAY_ALBEDO, "Diffuse Color.", "RGB"},
-    {NAMING_BLENDER, FEWRAY_NORMAL, "Denoising Normal.", "XYZ"},
-    {NAMING_BLENDER, FEWRAY_NORMAL, "Normal.", "XYZ"},
-    {NAMING_BLENDER, FEWRAY_DEPTH, "Denoising Depth.", "Z"},
-    {NAMING_BLENDER, FEWRAY_DEPTH, "Denoising Depth.", "V"},
-    {NAMING_BLENDER, FEWRAY_DEPTH, "Depth.", "Z"},
-    {NAMING_BLENDER, FEWRAY_DEPTH, "Depth.", "V"},
-    {NAMING_BLENDER, FEWRAY_EMISSION, "Emit.", "RGB"},
-    {NAMING_BLENDER, FEWRAY_EMISSION, "Emission.", "RGB"},
-    {NAMING_MITSUBA, FEWRAY_COLOR, "img.", "RGB"},
-    {NAMING_MITSUBA, FEWRAY_COLOR, "image.", "RGB"},
-    {NAMING_MITSUBA, FEWRAY_ALBEDO, "albedo.", "RGB"},
-    {NAMING_MITSUBA, FEWRAY_ALBEDO, "alb.", "RGB"},
-    {NAMING_MITSUBA, FEWRAY_ALBEDO, "aa.", "RGB"},
-    {NAMING_MITSUBA, FEWRAY_ALBEDO, "albedo.", "XYZ"},
-    {NAMING_MITSUBA, FEWRAY_NORMAL, "sh_normal.", "XYZ"},
-    {NAMING_MITSUBA, FEWRAY_NORMAL, "nn.", "XYZ"},
-    {NAMING_MITSUBA, FEWRAY_NORMAL, "normal.", "XYZ"},
-    {NAMING_MITSUBA, FEWRAY_NORMAL, "normals.", "XYZ"},
-    {NAMING_MITSUBA, FEWRAY_NORMAL, "shading_normal.", "XYZ"},
-    {NAMING_MITSUBA, FEWRAY_NORMAL, "geo_normal.", "XYZ"},
-    {NAMING_MITSUBA, FEWRAY_NORMAL, "sh_normal.", "RGB"},
-    {NAMING_MITSUBA, FEWRAY_NORMAL, "normal.", "RGB"},
-    {NAMING_MITSUBA, FEWRAY_DEPTH, "depth.", "T"},
-    {NAMING_MITSUBA, FEWRAY_DEPTH, "dd.y.", "T"},
-    {NAMING_MITSUBA, FEWRAY_DEPTH, "dd.", "T"},
-    {NAMING_MITSUBA, FEWRAY_DEPTH, "depth.", "Y"},
-    {NAMING_PBRT, FEWRAY_ALBEDO, "Albedo.", "RGB"},
-    {NAMING_PBRT, FEWRAY_NORMAL, "Ns.", "XYZ"},
-    {NAMING_PBRT, FEWRAY_NORMAL, "Ns", "xyz"},
-    {NAMING_PBRT, FEWRAY_NORMAL, "N.", "XYZ"},
-    {NAMING_PBRT, FEWRAY_NORMAL, "N", "xyz"},
-    {NAMING_PBRT, FEWRAY_VARIANCE, "Variance.", "RGB"},
-    {NAMING_AUTO, FEWRAY_COLOR, "rgba.", "RGB"},
-    {NAMING_AUTO, FEWRAY_COLOR, "rgb.", "RGB"},
-    {NAMING_AUTO, FEWRAY_COLOR, "beauty.", "RGB"},
-    {NAMING_AUTO, FEWRAY_COLOR, "color.", "RGB"},
-    {NAMING_AUTO, FEWRAY_COLOR, "C.", "RGB"},
-    {NAMING_AUTO, FEWRAY_COLOR, "subimage00.", "RGB"},
-    {NAMING_AUTO, FEWRAY_DEPTH, "", "Z"},
-    {NAMING_AUTO, FEWRAY_DEPTH, "Z.", "Z"},
-    {NAMING_AUTO, FEWRAY_DEPTH, "depth.", "R"},
-};
+const char *const LAYER_NAMINGS[NAMING_COUNT + 1] = {
+    "auto", "fewray", "mitsuba", "blender", "pbrt", "arnold", "renderman", "vray", "karma", NULL};
+
+/* Component c of an alias, "R" or "red"; false where there are fewer. */
+static bool component(const char *components, int c, char text[16]) {
+    const bool words = strchr(components, ',') != NULL;
+    if (!words) {
+        text[0] = components[0] ? components[c] : 0;
+        text[1] = 0;
+        return c == 0 || text[0];
+    }
+    for (; c > 0; c--) {
+        const char *comma = strchr(components, ',');
+        if (!comma)
+            return false;
+        components = comma + 1;
+    }
+    snprintf(text, 16, "%.*s", (int)strcspn(components, ","), components);
+    return true;
+}
 
 /* The length of what stands before "stem + component" in a plane's name: 0, or a prefix that ends
  * with a dot. -1: the name is another. */
-static int prefix_of(const char *name, const char *stem, char component) {
+static int prefix_of(const char *name, const char *stem, const char *last) {
     char wanted[FEWRAY_NAME_MAX];
-    const int length = snprintf(wanted, sizeof wanted, "%s%c", stem, component);
+    const int length = snprintf(wanted, sizeof wanted, "%s%s", stem, last);
     const int extra = (int)strlen(name) - length;
     const bool placed = extra == 0 || (extra > 1 && name[extra - 1] == '.');
     return placed && !strcasecmp(name + extra, wanted) ? extra : -1;
@@ -82,33 +43,63 @@ static int prefix_of(const char *name, const char *stem, char component) {
 
 /* The plane named "prefix + stem + component". */
 static struct fewray_plane *find_plane(const struct fewray_frame *frame, const char *prefix,
-                                       int prefix_length, const char *stem, char component) {
+                                       int prefix_length, const char *stem, const char *last) {
     for (size_t i = 0; i < frame->plane_count; i++) {
         struct fewray_plane *plane = &frame->planes[i];
-        if (prefix_of(plane->name, stem, component) == prefix_length &&
+        if (prefix_of(plane->name, stem, last) == prefix_length &&
             !strncmp(plane->name, prefix, (size_t)prefix_length))
             return plane;
     }
     return NULL;
 }
 
+/* What was noisy is kept, and Mitsuba's moment integrator has second moments of each layer. */
+static bool is_copy(const char *name) {
+    return !strncmp(name, "m2_", 3) || !strncmp(name, "noisy.", 6);
+}
+
 /* All channels of an alias, of one and the same view layer or integrator: those without a prefix,
- * else the file's first. Mitsuba's moment integrator has second moments of each layer as well. */
+ * else the file's first. */
 static bool find_alias(const struct fewray_frame *frame, const char *stem, const char *components,
                        bool prefix, struct fewray_plane *found[3]) {
+    char last[16];
+    component(components, 0, last);
     for (int pass = 0; pass < (prefix ? 2 : 1); pass++)
         for (size_t i = 0; i < frame->plane_count; i++) {
             const char *name = frame->planes[i].name;
-            const int length = prefix_of(name, stem, components[0]);
-            if (length < 0 || (length > 0) != (pass > 0) || !strncmp(name, "m2_", 3))
+            const int length = prefix_of(name, stem, last);
+            if (length < 0 || (length > 0) != (pass > 0) || is_copy(name))
                 continue;
             found[0] = &frame->planes[i];
             bool all = true;
-            for (int c = 1; components[c]; c++)
-                all = (found[c] = find_plane(frame, name, length, stem, components[c])) && all;
+            char other[16];
+            for (int c = 1; c < 3 && component(components, c, other); c++)
+                all = (found[c] = find_plane(frame, name, length, stem, other)) && all;
             if (all)
                 return true;
         }
+    return false;
+}
+
+bool layer_find(const struct fewray_frame *frame, const char *stem, const char *components,
+                struct fewray_plane *found[3]) {
+    return find_alias(frame, stem, components, true, found);
+}
+
+bool layer_find_adopted(const struct fewray_frame *frame, const struct adoption *adoption,
+                        const char *stem, struct fewray_plane *found[3]) {
+    for (int i = 0; i < FEWRAY_LAYER_COUNT; i++) {
+        const struct adopted_layer *layer = &adoption->layers[i];
+        int count;
+        const char *const *names = fewray_layer_channels((enum fewray_layer)i, &count);
+        if (!layer->adopted || count != 3 || prefix_of(layer->names[0], stem, "R") < 0)
+            continue;
+        bool all = true;
+        for (int c = 0; c < 3; c++)
+            all = (found[c] = find_plane(frame, "", 0, names[c], "")) && all;
+        if (all)
+            return true;
+    }
     return false;
 }
 
@@ -128,21 +119,45 @@ static void average_variance(const struct fewray_frame *frame, float *variance) 
         variance[i] /= (float)frame->spp;
 }
 
-/* Blender keeps the background's radiance apart from the surfaces'; our emission is both. */
-static void add_background(const struct fewray_frame *frame, struct fewray_plane *emission[3]) {
+/* Whether the picture holds the background as well as *emission (NULLs: none): with a transparent
+ * film it doesn't, though the pass may be there. */
+static bool is_seen(const struct fewray_frame *frame, float *const emission[3],
+                    struct fewray_plane *const background[3]) {
+    float *color[3];
+    double total = 0, beyond = 0;
+    if (!fewray_frame_layer(frame, FEWRAY_COLOR, color))
+        return true;
+    const size_t count = (size_t)frame->width * (size_t)frame->height;
+    for (int c = 0; c < 3; c++)
+        for (size_t i = 0; i < count; i++) {
+            const float shines =
+                (emission[c] ? emission[c][i] : 0) + background[c]->data[i] - color[c][i];
+            total += fabsf(color[c][i]);
+            beyond += shines > 0 ? shines : 0;
+        }
+    return !(beyond > 0.01 * total);
+}
+
+/* Others keep the background's radiance apart from the surfaces'; our emission is both. */
+static void add_background(const struct fewray_frame *frame, struct adoption *adoption) {
     struct fewray_plane *background[3];
-    if (!find_alias(frame, "Env.", "RGB", true, background) &&
-        !find_alias(frame, "Environment.", "RGB", true, background))
+    float *emission[3];
+    const char *const *stem = layer_backgrounds();
+    while (*stem && !find_alias(frame, *stem, "RGB", true, background))
+        stem++;
+    if (!*stem || !fewray_frame_layer(frame, FEWRAY_EMISSION, emission) ||
+        !is_seen(frame, emission, background))
         return;
     const size_t count = (size_t)frame->width * (size_t)frame->height;
     for (int c = 0; c < 3; c++)
         for (size_t i = 0; i < count; i++)
-            emission[c]->data[i] += background[c]->data[i];
+            emission[c][i] += background[c]->data[i];
+    memcpy(adoption->added, background[0]->name, FEWRAY_NAME_MAX);
 }
 
 /* pbrt's GBufferFilm has the place of what is seen, in camera space unless the scene says otherwise
  * (then some of it lies behind 0, mostly), instead of the depth. */
-static void depth_of_place(struct fewray_frame *frame) {
+static void depth_of_place(struct fewray_frame *frame, struct adoption *adoption) {
     struct fewray_plane *place[3];
     const size_t count = (size_t)frame->width * (size_t)frame->height;
     if (!find_alias(frame, "P.", "XYZ", true, place) && !find_alias(frame, "P", "xyz", true, place))
@@ -156,46 +171,128 @@ static void depth_of_place(struct fewray_frame *frame) {
         return;
     for (size_t i = 0; i < count; i++)
         depth[0][i] = sqrtf(p[0][i] * p[0][i] + p[1][i] * p[1][i] + p[2][i] * p[2][i]);
+    struct adopted_layer *layer = &adoption->layers[FEWRAY_DEPTH];
+    *layer = (struct adopted_layer){.found = true, .adopted = true, .naming = NAMING_PBRT};
+    memcpy(layer->names[0], place[0]->name, FEWRAY_NAME_MAX);
+    adoption->depth_of_place = true;
 }
 
-static void adopt(struct fewray_frame *frame, const struct alias *alias) {
+/* Alpha that goes with a colour, of one name but for the last letter. */
+static void adopt_alpha(struct fewray_frame *frame, const char *color, struct adoption *adoption) {
+    char name[FEWRAY_NAME_MAX];
+    snprintf(name, sizeof name, "%s", color);
+    name[strlen(name) - 1] = name[strlen(name) - 1] == 'r' ? 'a' : 'A';
+    if (fewray_frame_plane(frame, "A") || !fewray_frame_plane(frame, name))
+        return;
+    for (size_t i = 0; i < frame->plane_count; i++)
+        if (!strcmp(frame->planes[i].name, name))
+            memcpy(frame->planes[i].name, "A", 2);
+    memcpy(adoption->alpha, name, sizeof name);
+}
+
+/* Blender's noisy picture lies beside the denoised one, which ours is to replace. */
+static void find_result(struct fewray_frame *frame, struct adoption *adoption) {
+    struct adopted_layer *color = &adoption->layers[FEWRAY_COLOR];
+    struct fewray_plane *combined[3];
+    memcpy(adoption->result, color->names, sizeof color->names);
+    adoption->keeps_noisy = color->adopted && strstr(color->names[0], "Noisy Image.") &&
+                            find_alias(frame, "Combined.", "RGB", true, combined);
+    for (int c = 0; adoption->keeps_noisy && c < 3; c++)
+        memcpy(adoption->result[c], combined[c]->name, FEWRAY_NAME_MAX);
+    if (color->adopted)
+        adopt_alpha(frame, adoption->result[0], adoption);
+}
+
+static void adopt(struct fewray_frame *frame, const struct layer_alias *alias,
+                  struct adoption *adoption) {
     struct fewray_plane *found[3] = {NULL, NULL, NULL};
     int count;
     const char *const *names = fewray_layer_channels(alias->layer, &count);
     if (!find_alias(frame, alias->stem, alias->components, alias->stem[0] != 0, found))
         return;
-    if (alias->layer == FEWRAY_VARIANCE && frame->spp < 1)
+    const bool of_samples = alias->layer == FEWRAY_VARIANCE && alias->naming == NAMING_PBRT;
+    if (of_samples && frame->spp < 1)
         return;
+    float *const none[3] = {NULL, NULL, NULL};
+    if (alias->layer == FEWRAY_EMISSION && alias->naming == NAMING_AUTO &&
+        !is_seen(frame, none, found))
+        return;
+    struct adopted_layer *layer = &adoption->layers[alias->layer];
+    layer->found = layer->adopted = true;
+    layer->naming = alias->naming;
     for (int c = 0; c < count; c++) {
+        memcpy(layer->names[c], found[c]->name, FEWRAY_NAME_MAX);
         snprintf(found[c]->name, sizeof found[c]->name, "%s", names[c]);
-        if (alias->layer == FEWRAY_VARIANCE)
+        if (of_samples)
             average_variance(frame, found[c]->data);
     }
     if (alias->layer == FEWRAY_DEPTH)
         mend_depth(frame, found[0]->data);
-    if (alias->layer == FEWRAY_EMISSION)
-        add_background(frame, found);
+}
+
+/* The layers that have our names already. */
+static void find_own(const struct fewray_frame *frame, struct adoption *adoption) {
+    float *planes[3];
+    for (int i = 0; i < FEWRAY_LAYER_COUNT; i++) {
+        int count;
+        const char *const *names = fewray_layer_channels((enum fewray_layer)i, &count);
+        struct adopted_layer *layer = &adoption->layers[i];
+        layer->found = fewray_frame_layer(frame, (enum fewray_layer)i, planes);
+        layer->naming = NAMING_FEWRAY;
+        for (int c = 0; layer->found && c < count; c++)
+            snprintf(layer->names[c], sizeof layer->names[c], "%s", names[c]);
+    }
+}
+
+static bool is_asked(const struct layer_alias *alias, enum layer_naming naming, bool noisy) {
+    if (!noisy && !strcmp(alias->stem, "Noisy Image."))
+        return false;
+    if (naming == NAMING_AUTO)
+        return !alias->only_asked;
+    return naming == alias->naming || (alias->naming == NAMING_AUTO && naming != NAMING_FEWRAY);
+}
+
+void adopt_layers(struct fewray_frame *frame, enum layer_naming naming, bool noisy,
+                  struct adoption *adoption) {
+    struct adoption unwanted;
+    adoption = adoption ? adoption : &unwanted;
+    memset(adoption, 0, sizeof *adoption);
+    find_own(frame, adoption);
+    int count;
+    const struct layer_alias *aliases = layer_aliases(&count);
+    for (int i = 0; i < count; i++)
+        if (is_asked(&aliases[i], naming, noisy) && !adoption->layers[aliases[i].layer].found)
+            adopt(frame, &aliases[i], adoption);
+    find_result(frame, adoption);
+    if (naming != NAMING_FEWRAY && adoption->layers[FEWRAY_EMISSION].found)
+        add_background(frame, adoption);
+    if ((naming == NAMING_AUTO || naming == NAMING_PBRT) && !adoption->layers[FEWRAY_DEPTH].found)
+        depth_of_place(frame, adoption);
 }
 
 void adopt_layer_names(struct fewray_frame *frame, enum layer_naming naming) {
-    float *planes[3];
-    for (size_t i = 0; i < sizeof ALIASES / sizeof *ALIASES; i++) {
-        const struct alias *alias = &ALIASES[i];
-        if ((naming == NAMING_AUTO || naming == alias->naming) &&
-            !fewray_frame_layer(frame, alias->layer, planes))
-            adopt(frame, alias);
-    }
-    if ((naming == NAMING_AUTO || naming == NAMING_PBRT) &&
-        !fewray_frame_layer(frame, FEWRAY_DEPTH, planes))
-        depth_of_place(frame);
+    adopt_layers(frame, naming, true, NULL);
 }
 
-int read_picture(const char *path, enum layer_naming naming, struct fewray_frame **out,
-                 struct fewray_error *error) {
+const char *adopted_name(const struct adoption *adoption, const char *plane) {
+    for (int layer = 0; layer < FEWRAY_LAYER_COUNT; layer++) {
+        int count;
+        const char *const *names = fewray_layer_channels((enum fewray_layer)layer, &count);
+        for (int c = 0; c < count && adoption->layers[layer].found; c++)
+            if (!strcmp(names[c], plane))
+                return layer == FEWRAY_COLOR ? adoption->result[c]
+                                             : adoption->layers[layer].names[c];
+    }
+    return !strcmp(plane, "A") && adoption->alpha[0] ? adoption->alpha : plane;
+}
+
+static int read_layers(const char *path, enum layer_naming naming, bool noisy,
+                       struct adoption *adoption, struct fewray_frame **out,
+                       struct fewray_error *error) {
     int status = fewray_frame_read_exr(path, out, error);
     if (status)
         return status;
-    adopt_layer_names(*out, naming);
+    adopt_layers(*out, naming, noisy, adoption);
     float *color[3];
     if (!fewray_frame_layer(*out, FEWRAY_COLOR, color)) {
         status = fewray_fail(
@@ -204,4 +301,14 @@ int read_picture(const char *path, enum layer_naming naming, struct fewray_frame
         fewray_frame_destroy(out);
     }
     return status;
+}
+
+int read_picture(const char *path, enum layer_naming naming, struct fewray_frame **out,
+                 struct fewray_error *error) {
+    return read_layers(path, naming, false, NULL, out, error);
+}
+
+int read_noisy_picture(const char *path, enum layer_naming naming, struct adoption *adoption,
+                       struct fewray_frame **out, struct fewray_error *error) {
+    return read_layers(path, naming, true, adoption, out, error);
 }

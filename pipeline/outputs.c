@@ -84,18 +84,27 @@ static int stage_png(const char *path, const struct fewray_frame *frame, struct 
     return temporary ? fewray_frame_write_png(frame, temporary, error) : FEWRAY_ERROR_MEMORY;
 }
 
+static int stage_exr(const struct fewray_outputs *outputs, const struct fewray_frame *frame,
+                     const struct kept_file *kept, const char *temporary,
+                     struct fewray_run_stats *stats, struct fewray_error *error) {
+    const int status = kept ? fewray_exr_rewrite(kept->source, kept->changes, kept->change_count,
+                                                 outputs->float32, temporary, error)
+                            : fewray_frame_write_exr(frame, temporary, outputs->float32, error);
+    if (kept ? kept->half : !outputs->float32)
+        fewray_frame_half_losses(frame, &stats->clipped, &stats->lost);
+    return status;
+}
+
 static int stage_all(const struct fewray_outputs *outputs, const struct fewray_frame *frame,
-                     struct fewray_run_stats *stats, double start, struct staged_file *list,
-                     int *count, struct fewray_error *error) {
+                     const struct kept_file *kept, struct fewray_run_stats *stats, double start,
+                     struct staged_file *list, int *count, struct fewray_error *error) {
     double lap = clock_seconds();
     int status = FEWRAY_OK;
     const char *temporary;
     if (outputs->exr) {
         if (!(temporary = stage(list, count, outputs->exr, error)))
             return FEWRAY_ERROR_MEMORY;
-        status = fewray_frame_write_exr(frame, temporary, outputs->float32, error);
-        if (!outputs->float32)
-            fewray_frame_half_losses(frame, &stats->clipped, &stats->lost);
+        status = stage_exr(outputs, frame, kept, temporary, stats, error);
     }
     if (!status)
         status = stage_png(outputs->png, frame, list, count, error);
@@ -145,13 +154,14 @@ static int commit_all(struct staged_file *list, int count, struct fewray_error *
     return status;
 }
 
-int outputs_write(const struct fewray_outputs *outputs, const struct fewray_frame *frame,
-                  struct fewray_run_stats *stats, double start, struct fewray_error *error) {
+int outputs_write_kept(const struct fewray_outputs *outputs, const struct fewray_frame *frame,
+                       const struct kept_file *kept, struct fewray_run_stats *stats, double start,
+                       struct fewray_error *error) {
     struct staged_file list[OUTPUT_MAX];
     int count = 0;
-    int status = stage_all(outputs, frame, stats, start, list, &count, error);
-    if (status && count > 0 && error) /* the user knows the output, not its temporary name */
-        snprintf(error->file, sizeof error->file, "%s", list[count - 1].path);
+    int status = stage_all(outputs, frame, kept, stats, start, list, &count, error);
+    if (status && count > 0 && error && same_name(error->file, list[count - 1].temporary))
+        snprintf(error->file, sizeof error->file, "%s", list[count - 1].path); /* the user's name */
     if (!status)
         status = commit_all(list, count, error);
     for (int i = 0; i < count; i++) {
@@ -159,4 +169,9 @@ int outputs_write(const struct fewray_outputs *outputs, const struct fewray_fram
         free(list[i].temporary);
     }
     return status;
+}
+
+int outputs_write(const struct fewray_outputs *outputs, const struct fewray_frame *frame,
+                  struct fewray_run_stats *stats, double start, struct fewray_error *error) {
+    return outputs_write_kept(outputs, frame, NULL, stats, start, error);
 }

@@ -18,4 +18,19 @@ int outputs_check(const struct fewray_outputs *outputs, struct fewray_error *err
 int outputs_write(const struct fewray_outputs *outputs, const struct fewray_frame *frame,
                   struct fewray_run_stats *stats, double start, struct fewray_error *error);
 
+/* A file that the EXR is a copy of, but for some channels. */
+struct kept_file {
+    const char *source;
+    struct fewray_exr_change *changes; /* pixels are the frame's */
+    int change_count;
+    char (*noisy_names)[FEWRAY_NAME_MAX]; /* of some changes */
+    int noisy_count;
+    bool half; /* the picture is written as half floats */
+};
+
+/* The same with such an EXR; kept NULL: with all planes of the frame. */
+int outputs_write_kept(const struct fewray_outputs *outputs, const struct fewray_frame *frame,
+                       const struct kept_file *kept, struct fewray_run_stats *stats, double start,
+                       struct fewray_error *error);
+
 #endif

@@ -11,14 +11,12 @@
 #include "guide/trace/film.h"
 #include "guide/trace/proposal.h"
 
-struct fewray_guide {
-    struct fewray_maps *maps;
-    int threads;
-};
-
 void fewray_guide_options_init(struct fewray_guide_options *options) {
-    *options =
-        (struct fewray_guide_options){.bsdf_fraction = -1, .map_bins = 32, .share_maps = true};
+    *options = (struct fewray_guide_options){.bsdf_fraction = -1,
+                                             .map_bins = 32,
+                                             .share_maps = true,
+                                             .bounce_share = 1,
+                                             .bounce_variance = INFINITY};
 }
 
 /* The settings of a render that has this guide. */
@@ -35,7 +33,10 @@ static struct fewray_render_settings settings_of(const struct fewray_guide_optio
     settings.weights_path = options->weights_path;
     settings.cancel = options->cancel;
     settings.probes = look->second_albedo != NULL;
-    settings.refine = false; /* the host's samples aren't seen */
+    settings.refine = options->learns;
+    settings.spp = options->learns ? MAPS_LEARN_SPP + 1 : 1; /* else no sums are kept */
+    settings.bounce_share = options->bounce_share;
+    settings.bounce_variance = options->bounce_variance;
     return settings;
 }
 
@@ -47,6 +48,11 @@ static int check_options(const struct fewray_guide_options *o, struct fewray_err
     if (o->map_bins != 32 && o->map_bins != 16 && o->map_bins != 8)
         return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
                            "the guide's map_bins is %d; 32, 16 and 8 are possible", o->map_bins);
+    if (!(o->bounce_share >= 0 && o->bounce_share <= 1 && o->bounce_variance >= 0))
+        return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
+                           "the guide's bounce_share is %g and bounce_variance %g; 0 to 1, and 0 "
+                           "or more, are possible",
+                           (double)o->bounce_share, (double)o->bounce_variance);
     return FEWRAY_OK;
 }
 
@@ -74,6 +80,8 @@ int fewray_guide_create(const struct fewray_guide_look *look,
         return status;
     }
     guide->threads = film_threads(&settings);
+    guide->samples = look->samples;
+    guide->learns = settings.refine;
     counts.maps = guide->maps->count;
     counts.probes = guide->maps->probes ? guide->maps->probes->fine.voxels.count : 0;
     if (stats)
@@ -88,16 +96,6 @@ void fewray_guide_destroy(struct fewray_guide **guide) {
     fewray_maps_destroy(&(*guide)->maps);
     free(*guide);
     *guide = NULL;
-}
-
-static struct vec3 load3(const float *v) {
-    return vec(v[0], v[1], v[2]);
-}
-
-static void store3(struct vec3 v, float *out) {
-    out[0] = v.x;
-    out[1] = v.y;
-    out[2] = v.z;
 }
 
 static int clamp_int(int i, int low, int high) {
@@ -129,7 +127,7 @@ struct fewray_guide_at fewray_guide_first(const struct fewray_guide *guide, int 
     const struct fewray_maps *maps = guide->maps;
     const struct proposal p =
         proposal_first(maps, clamp_int(x, 0, maps->width - 1), clamp_int(y, 0, maps->height - 1),
-                       load3(position), load3(normal));
+                       host_load(position), host_load(normal));
     return at_proposal(&p);
 }
 
@@ -138,18 +136,29 @@ struct fewray_guide_at fewray_guide_later(const struct fewray_guide *guide, cons
     const struct guides guides = {.maps = guide->maps, .probes = guide->maps->probes};
     struct proposal p = proposal_bsdf();
     if (guides.probes)
-        p = proposal_later(&guides, last, load3(position), load3(normal));
+        p = proposal_later(&guides, last, host_load(position), host_load(normal));
     return at_proposal(&p);
 }
 
+/* A host's random number may have been rounded up to 1. */
+static float below_one(float u) {
+    return u >= 0 ? fminf(u, 0x1.fffffep-1f) : 0;
+}
+
 void fewray_guide_sample(const struct fewray_guide_at *at, const float u[2], float direction[3]) {
-    const struct proposal p = proposal_of(at);
-    store3(proposal_draw(&p, u), direction);
+    struct vec3 d = vec(0, 0, 0);
+    if (at->bsdf_fraction < 1) {
+        const struct proposal p = proposal_of(at);
+        d = proposal_draw(&p, (float[2]){below_one(u[0]), below_one(u[1])});
+    }
+    host_store(d, direction);
 }
 
 float fewray_guide_pdf(const struct fewray_guide_at *at, const float direction[3]) {
+    if (!(at->bsdf_fraction < 1))
+        return 0;
     const struct proposal p = proposal_of(at);
-    return proposal_guide_pdf(&p, load3(direction));
+    return proposal_guide_pdf(&p, host_load(direction));
 }
 
 static struct fewray_guide_at at_point(const struct fewray_guide *guide,
@@ -166,11 +175,8 @@ void fewray_guide_sample_many(const struct fewray_guide *guide,
 #pragma omp parallel for schedule(static) num_threads(guide->threads)
     for (size_t i = 0; i < points->count; i++) {
         const struct fewray_guide_at at = at_point(guide, points, i);
-        const bool guided = at.bsdf_fraction < 1;
-        store3(vec(0, 0, 0), direction + 3 * i);
-        if (guided)
-            fewray_guide_sample(&at, u + 2 * i, direction + 3 * i);
-        pdf[i] = guided ? fewray_guide_pdf(&at, direction + 3 * i) : 0;
+        fewray_guide_sample(&at, u + 2 * i, direction + 3 * i);
+        pdf[i] = fewray_guide_pdf(&at, direction + 3 * i);
         if (fraction)
             fraction[i] = at.bsdf_fraction;
     }
@@ -182,7 +188,7 @@ void fewray_guide_pdf_many(const struct fewray_guide *guide,
 #pragma omp parallel for schedule(static) num_threads(guide->threads)
     for (size_t i = 0; i < points->count; i++) {
         const struct fewray_guide_at at = at_point(guide, points, i);
-        pdf[i] = at.bsdf_fraction < 1 ? fewray_guide_pdf(&at, direction + 3 * i) : 0;
+        pdf[i] = fewray_guide_pdf(&at, direction + 3 * i);
         if (fraction)
             fraction[i] = at.bsdf_fraction;
     }
@@ -196,7 +202,23 @@ void fewray_guide_irradiance_many(const struct fewray_guide *guide,
     for (size_t i = 0; i < points->count; i++) {
         const int x = clamp_int(points->pixel[2 * i], 0, maps->width - 1);
         const int y = clamp_int(points->pixel[2 * i + 1], 0, maps->height - 1);
-        store3(maps_irradiance(maps, x, y, load3(points->normal + 3 * i), &confidence[i]),
-               irradiance + 3 * i);
+        host_store(maps_irradiance(maps, x, y, host_load(points->normal + 3 * i), &confidence[i]),
+                   irradiance + 3 * i);
     }
+}
+
+float fewray_guide_look_weight(const struct fewray_guide *guide, int x, int y, int guided) {
+    const struct fewray_maps *maps = guide->maps;
+    const float noise =
+        maps_look_noise(maps, clamp_int(x, 0, maps->width - 1), clamp_int(y, 0, maps->height - 1));
+    const float a = (float)guide->samples, b = guided > 0 ? (float)guided : 0;
+    return a / (a + b * noise);
+}
+
+void fewray_guide_look_weights(const struct fewray_guide *guide, int guided, float *share) {
+    const int width = guide->maps->width, height = guide->maps->height;
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++)
+            share[(size_t)y * (size_t)width + (size_t)x] =
+                fewray_guide_look_weight(guide, x, y, guided);
 }

@@ -8,10 +8,7 @@
 #include "guide/host/host.h"
 #include "guide/odis/sphere_grid.h"
 
-#define UNIT_ERROR 1e-3f /* most, of a unit vector's squared length */
-#define RADIANCE_MAX                                                                               \
-    1e15f /* above, a sample is a fault: its square would leave a float's range                    \
-           */
+#define BELOW 1e-3f /* of the horizon, as a cosine: rounding */
 
 _Static_assert(FEWRAY_LOOK_PDF * 2 * PI_F > 0.999999f && FEWRAY_LOOK_PDF * 2 * PI_F < 1.000001f,
                "the header says what the maps take for granted");
@@ -26,7 +23,10 @@ static int check_sizes(const struct fewray_guide_look *look, struct fewray_error
         return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
                            "the look has %d x %d pixels and %d records a pixel: more than 2^31",
                            look->width, look->height, look->samples);
-    return FEWRAY_OK;
+    const size_t bytes = sizeof(struct look_record) + sizeof(struct look_second);
+    return fewray_memory_check(NULL, "the guide's look",
+                               (double)look->width * look->height * look->samples * (double)bytes,
+                               error);
 }
 
 static int check_arrays(const struct fewray_guide_look *look, struct fewray_error *error) {
@@ -54,27 +54,42 @@ static struct vec3 at3(const float *array, size_t i) {
     return vec(array[3 * i], array[3 * i + 1], array[3 * i + 2]);
 }
 
-static bool is_unit(struct vec3 v) {
-    return fabsf(dot(v, v) - 1) <= UNIT_ERROR;
-}
-
-static bool is_radiance(struct vec3 v) {
-    return v.x >= 0 && v.y >= 0 && v.z >= 0 && mean_component(v) <= RADIANCE_MAX;
-}
-
 static bool is_positive(float v) {
     return v >= 0 && isfinite(v);
 }
 
-/* Whether a record with a depth can be used. */
-static bool is_good(const struct fewray_guide_look *look, size_t i) {
-    return is_positive(look->depth[i]) && is_finite(at3(look->position, i)) &&
-           is_unit(at3(look->normal, i)) && is_unit(at3(look->direction, i)) &&
-           is_radiance(at3(look->emitted, i)) && is_radiance(at3(look->reflected, i)) &&
-           (!look->direct || is_radiance(at3(look->direct, i))) &&
-           (!look->light_pdf || is_positive(look->light_pdf[i])) &&
-           is_positive(look->distance[i]) &&
-           (!(look->distance[i] > 0) || is_unit(at3(look->second_normal, i)));
+/* Of a depth or distance: hosts call nothing hit 0 or infinite. */
+static bool is_hit(float distance) {
+    return distance != 0 && !isinf(distance);
+}
+
+/* Why a record with a depth can't be used; NULL: it can. */
+static const char *find_flaw(const struct fewray_guide_look *look, size_t i) {
+    const struct vec3 normal = at3(look->normal, i), direction = at3(look->direction, i);
+    const float distance = look->distance[i];
+    if (!(look->depth[i] >= 0))
+        return "depth is negative or NaN";
+    if (!is_finite(at3(look->position, i)))
+        return "position isn't finite";
+    if (!host_is_unit(normal))
+        return "normal isn't a unit vector";
+    if (!host_is_unit(direction))
+        return "direction isn't a unit vector";
+    if (!(dot(normal, direction) > -BELOW))
+        return "direction points below the surface";
+    if (!host_is_radiance(at3(look->emitted, i)))
+        return "emitted is negative or not finite";
+    if (!host_is_radiance(at3(look->reflected, i)))
+        return "reflected is negative or not finite";
+    if (look->direct && !host_is_radiance(at3(look->direct, i)))
+        return "direct is negative or not finite";
+    if (look->light_pdf && !is_positive(look->light_pdf[i]))
+        return "light_pdf is negative or not finite";
+    if (!(distance >= 0))
+        return "distance is negative or NaN";
+    if (is_hit(distance) && !host_is_unit(at3(look->second_normal, i)))
+        return "second_normal isn't a unit vector";
+    return NULL;
 }
 
 /* Of another's unit vectors we take the direction. */
@@ -82,7 +97,7 @@ static struct look_record make_record(const struct fewray_guide_look *look, size
     const struct vec3 emission = at3(look->emitted, i), reflected = at3(look->reflected, i);
     const struct vec3 direction = normalize(at3(look->direction, i));
     const float light_pdf = look->light_pdf ? look->light_pdf[i] : 0;
-    const bool hit = look->distance[i] > 0;
+    const bool hit = is_hit(look->distance[i]);
     return (struct look_record){
         .position = at3(look->position, i),
         .normal = normalize(at3(look->normal, i)),
@@ -93,22 +108,31 @@ static struct look_record make_record(const struct fewray_guide_look *look, size
         .radiance = add(emission, reflected),
         .emitted = mean_component(emission) * power_heuristic(LOOK_PDF, light_pdf),
         .reflected = mean_component(reflected),
-        .distance = look->distance[i],
+        .distance = hit ? look->distance[i] : 0,
         .second_normal = hit ? normalize(at3(look->second_normal, i)) : vec(0, 0, 0)};
 }
 
 static struct look_second make_second(const struct fewray_guide_look *look, size_t i) {
     struct look_second second = {.albedo = 0};
     const float albedo = look->second_albedo[i];
-    if (!(look->distance[i] > 0) || !(albedo > 0) || !isfinite(albedo))
+    if (!is_hit(look->distance[i]) || !(albedo > 0) || !isfinite(albedo))
         return second;
     second.albedo = albedo;
     second.light = at3(look->second_light, i);
     second.bounce = at3(look->second_bounce, i);
-    second.light_sent = look->second_light_value[i] >= 0 && is_unit(second.light);
+    second.light_sent = look->second_light_value[i] >= 0 && host_is_unit(second.light);
     second.light_value = second.light_sent ? look->second_light_value[i] : 0;
-    second.bounce_value = is_unit(second.bounce) ? look->second_bounce_value[i] : 0;
+    second.bounce_value = host_is_unit(second.bounce) ? look->second_bounce_value[i] : 0;
     return second;
+}
+
+static int all_dropped(const struct fewray_guide_look *look, size_t first,
+                       struct fewray_error *error) {
+    const size_t samples = (size_t)look->samples, pixel = first / samples;
+    return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
+                       "no record of the look can be used; pixel (%zu, %zu), sample %zu: %s",
+                       pixel % (size_t)look->width, pixel / (size_t)look->width, first % samples,
+                       find_flaw(look, first));
 }
 
 int host_look_create(const struct fewray_guide_look *look, int threads, struct fewray_look **out,
@@ -125,16 +149,20 @@ int host_look_create(const struct fewray_guide_look *look, int threads, struct f
     struct fewray_look *records = *out;
     const size_t count = (size_t)look->width * (size_t)look->height * (size_t)look->samples;
     long long used = 0, dropped = 0;
-#pragma omp parallel for schedule(static) num_threads(threads) reduction(+ : used, dropped)
+    size_t first = count; /* that was dropped */
+#pragma omp parallel for schedule(static) num_threads(threads) reduction(+ : used, dropped) reduction(min : first)
     for (size_t i = 0; i < count; i++) {
-        const bool there = look->depth[i] != 0, good = there && is_good(look, i);
+        const bool there = is_hit(look->depth[i]), good = there && !find_flaw(look, i);
         records->records[i] = good ? make_record(look, i) : (struct look_record){.depth = 0};
         if (seconds)
             records->seconds[i] = good ? make_second(look, i) : (struct look_second){.albedo = 0};
         used += good;
-        dropped += there && !good;
+        if (there && !good) {
+            dropped++;
+            first = i < first ? i : first;
+        }
     }
     stats->records = used;
     stats->dropped = dropped;
-    return FEWRAY_OK;
+    return used || !dropped ? FEWRAY_OK : all_dropped(look, first, error);
 }

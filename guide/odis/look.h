@@ -58,4 +58,11 @@ int look_create(int width, int height, int samples, bool seconds, struct fewray_
 int look_exchange(struct fewray_look *look, const struct fewray_team *team,
                   struct fewray_error *error);
 
+/* The look's random numbers of a picture's seed. */
+uint32_t look_seed(uint64_t seed);
+/* What a sample's direction is made of, in [0, 1)^2: one (0,2)-sequence for the 256 pixels of a
+ * tile in Morton order, so that any small window of pixels has its directions spread evenly, and
+ * few bins of the window's grid stay empty. seed: look_seed(). */
+void look_square(uint32_t seed, int x, int y, int sample, float u[2]);
+
 #endif

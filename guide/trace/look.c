@@ -20,6 +20,10 @@ struct look_job {
     uint32_t seed;
 };
 
+uint32_t look_seed(uint64_t seed) {
+    return hash_combine((uint32_t)seed ^ STREAM_LOOK, (uint32_t)(seed >> 32));
+}
+
 /* Interleaves the bits of two numbers below 16. */
 static uint32_t morton16(uint32_t x, uint32_t y) {
     x = (x | (x << 2)) & 0x33u;
@@ -29,9 +33,7 @@ static uint32_t morton16(uint32_t x, uint32_t y) {
     return x | (y << 1);
 }
 
-/* One (0,2)-sequence for the 256 pixels of a tile in Morton order: any small window of pixels has
- * its directions spread evenly, so that few bins of the window's grid stay empty. */
-static void look_direction(uint32_t seed, int x, int y, int sample, float u[2]) {
+void look_square(uint32_t seed, int x, int y, int sample, float u[2]) {
     uint32_t tile = hash_combine(hash_combine(seed, (uint32_t)x / 16), (uint32_t)y / 16);
     sobol_point(morton16((uint32_t)x & 15, (uint32_t)y & 15) + 256 * (uint32_t)sample, tile, u);
 }
@@ -57,7 +59,7 @@ static void look_tile(void *user, int x0, int y0, int x1, int y1,
                 sampler_start(pixel_seed(job->settings, x, y), sample_index(job->settings, s)),
                 .record = &job->look->records[i],
                 .second = job->look->seconds ? &job->look->seconds[i] : NULL};
-            look_direction(job->seed, x, y, job->settings->part * n + s, start.direction);
+            look_square(job->seed, x, y, job->settings->part * n + s, start.direction);
             tile_paths_add(&paths, &start);
         }
     }
@@ -121,13 +123,12 @@ int fewray_trace_look(const struct fewray_world *world,
     int status = begin_look(settings, film, &look, error);
     status = fewray_team_agree(settings->team, status, error);
     if (!status) {
-        struct look_job job = {
-            settings,
-            film_integrator(world, film, settings),
-            film,
-            look,
-            bundle_tracer_get(),
-            hash_combine((uint32_t)settings->seed ^ STREAM_LOOK, (uint32_t)(settings->seed >> 32))};
+        struct look_job job = {settings,
+                               film_integrator(world, film, settings),
+                               film,
+                               look,
+                               bundle_tracer_get(),
+                               look_seed(settings->seed)};
         status = tiles_run(film->width, film->height, settings, "first look", look_tile, &job,
                            stats, error);
     }

@@ -122,6 +122,11 @@ static void test_wrong_command_lines_exit_2_with_one_line(void **state) {
         "denoise in.exr -o out.exr --aov direct,",
         "denoise in.exr",
         "denoise in.exr -o out.exr --layers frobnicate",
+        "denoise in.##.exr -o out.exr",
+        "denoise in.##.exr -o out.##.exr --png out.png",
+        "denoise in.##.exr -o out.##.exr --frames 4..1",
+        "denoise in.exr -o out.exr --frames 1..4",
+        "denoise in.exr -o out.exr --skip-existing",
         "compare one.exr",
         "compare one.exr two.exr three.exr",
         "composite one.exr two.exr",
@@ -150,6 +155,8 @@ static void test_failed_work_exits_1_and_names_the_file(void **state) {
     expect_error("merge nowhere.exr -o out.exr", 1, "nowhere.exr");
     expect_error("render " SCENE " -o out.exr --preview none/out.png", 1, "none/out.png");
     expect_error("denoise nowhere.exr -o out.exr", 1, "nowhere.exr");
+    expect_error("denoise nowhere.##.exr -o out.##.exr", 1, "nowhere.##.exr");
+    expect_error("denoise nowhere.##.exr -o out.##.exr --frames 3..5", 1, "3..5");
     expect_error("compare nowhere.exr other.exr", 1, "nowhere.exr");
     expect_error("composite nowhere.exr other.exr -o out.png", 1, "nowhere.exr");
     expect_error("bench " SCENE " --reference nowhere.exr -o bench", 1, "nowhere.exr");
@@ -244,6 +251,10 @@ static void test_named_layers_are_denoised(void **state) {
     expect_success("denoise clean.exr -o again.exr --float --aov direct:emission,indirect,A");
     assert_true(parts_difference("again.exr", "noisy.") < 3e-7);
     assert_true(parts_difference("again.exr", "") < 3e-6);
+    expect_success("denoise parts.exr -o auto.exr --float --aov auto");
+    assert_true(parts_difference("auto.exr", "noisy.") < 3e-7);
+    assert_true(parts_difference("auto.exr", "") < 3e-6);
+    expect_success("info auto.exr --json");
     expect_error("denoise parts.exr -o none.exr --aov direct,sideways", 1, "sideways");
     expect_error("denoise parts.exr -o none.exr --aov albedo", 1, "albedo");
     assert_false(exists("none.exr"));

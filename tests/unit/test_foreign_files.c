@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* EXRs with the parts and channel names of Mitsuba 3, Blender (Cycles) and pbrt-v4, half and float,
- * with and without albedo, normals and variance: the layers are found, and denoised by. */
+/* EXRs with the parts and channel names of other renderers, half and float, with and without
+ * albedo, normals and variance: the layers are found, and denoised by. */
 
 #include <math.h>
 #include <setjmp.h>
@@ -127,6 +127,54 @@ static const struct foreign FILES[] = {
      {{NULL, "R,G,B,Albedo.R,Albedo.G,Albedo.B,Nx,Ny,Nz,Nsx,Nsy,Nsz,Variance.R,Variance.G,"
              "Variance.B"}},
      {{FEWRAY_COLOR, 0, 0, 1}, {FEWRAY_ALBEDO, 0, 3, 1}, {FEWRAY_NORMAL, 0, 9, 1}}},
+    {"Arnold",
+     0,
+     {{NULL, "R,G,B,A,Z,N.X,N.Y,N.Z,denoise_albedo.R,denoise_albedo.G,denoise_albedo.B,diffuse.R,"
+             "diffuse.G,diffuse.B,specular.R,specular.G,specular.B,motionvector.X,motionvector.Y,"
+             "RGBA_variance.R,RGBA_variance.G,RGBA_variance.B"}},
+     {{FEWRAY_COLOR, 0, 0, 1},
+      {FEWRAY_DEPTH, 0, 4, 1},
+      {FEWRAY_NORMAL, 0, 5, 1},
+      {FEWRAY_ALBEDO, 0, 8, 1},
+      {FEWRAY_VARIANCE, 0, 19, 1}}},
+    {"Arnold, the beauty by its AOV's name, a background that it doesn't hold",
+     0,
+     {{NULL, "RGBA.R,RGBA.G,RGBA.B,RGBA.A,N.R,N.G,N.B,background.R,background.G,background.B"}},
+     {{FEWRAY_COLOR, 0, 0, 1}, {FEWRAY_NORMAL, 0, 4, 1}}},
+    {"RenderMan, for its denoiser",
+     0,
+     {{NULL, "Ci.r,Ci.g,Ci.b,a,mse.r,mse.g,mse.b,albedo.r,albedo.g,albedo.b,albedo_var.r,"
+             "albedo_var.g,albedo_var.b,normal.x,normal.y,normal.z,normal_var.x,normal_var.y,"
+             "normal_var.z,zfiltered,zfiltered_var,sampleCount,diffuse.r,diffuse.g,diffuse.b"}},
+     {{FEWRAY_COLOR, 0, 0, 1},
+      {FEWRAY_VARIANCE, 0, 4, 1},
+      {FEWRAY_ALBEDO, 0, 7, 1},
+      {FEWRAY_NORMAL, 0, 13, 1},
+      {FEWRAY_DEPTH, 0, 19, 1}}},
+    {"V-Ray for 3ds Max",
+     0,
+     {{NULL,
+       "R,G,B,A,Z,VRayDiffuseFilter.R,VRayDiffuseFilter.G,VRayDiffuseFilter.B,"
+       "VRayBumpNormals.X,VRayBumpNormals.Y,VRayBumpNormals.Z,VRaySelfIllumination.R,"
+       "VRaySelfIllumination.G,VRaySelfIllumination.B,VRayZDepth.R,VRayZDepth.G,VRayZDepth.B"}},
+     {{FEWRAY_COLOR, 0, 0, 1},
+      {FEWRAY_DEPTH, 0, 4, 1},
+      {FEWRAY_ALBEDO, 0, 5, 1},
+      {FEWRAY_NORMAL, 0, 8, 1},
+      {FEWRAY_EMISSION, 0, 11, 1}}},
+    {"V-Ray for Maya",
+     0,
+     {{NULL, "R,G,B,A,diffuse.red,diffuse.green,diffuse.blue,bump_normals.X,bump_normals.Y,"
+             "bump_normals.Z,self_illumination.red,self_illumination.green,self_illumination.blue,"
+             "gi.red,gi.green,gi.blue,lighting.red,lighting.green,lighting.blue"}},
+     {{FEWRAY_COLOR, 0, 0, 1},
+      {FEWRAY_ALBEDO, 0, 4, 1},
+      {FEWRAY_NORMAL, 0, 7, 1},
+      {FEWRAY_EMISSION, 0, 10, 1}}},
+    {"Karma",
+     0,
+     {{"C", "R,G,B,A"}, {"albedo", "R,G,B"}, {"N", "X,Y,Z"}, {"hitPz", "Y"}},
+     {{FEWRAY_COLOR, 0, 0, 1}, {FEWRAY_ALBEDO, 1, 0, 1}, {FEWRAY_NORMAL, 2, 0, 1}}},
     {"pbrt, RGBFilm", 16, {{NULL, "R,G,B"}}, {{FEWRAY_COLOR, 0, 0, 1}}},
 };
 
@@ -139,7 +187,7 @@ static struct fewray_frame *read_foreign(const struct foreign *file, bool half) 
     assert_true(picture_write(path, WIDTH, HEIGHT, half, file->spp, file->parts, parts));
     struct fewray_frame *frame = NULL;
     struct fewray_error error;
-    if (read_picture(path, NAMING_AUTO, &frame, &error))
+    if (read_noisy_picture(path, NAMING_AUTO, NULL, &frame, &error))
         fail_msg("%s: %s", file->what, error.what);
     return frame;
 }
@@ -189,6 +237,22 @@ static void test_depth_is_the_length_of_a_place(void **state) {
         assert_float_equal(depth[i], sqrtf(x * x + y * y + z * z), 1e-6f);
     }
     fewray_frame_destroy(&frame);
+}
+
+static void test_misses_are_depth_0(void **state) {
+    (void)state;
+    static const float misses[] = {1e10f, 1e30f, 3.4e38f, INFINITY};
+    for (int k = 0; k < 4; k++) {
+        struct fewray_frame *frame = NULL;
+        assert_int_equal(fewray_frame_create(2, 1, &frame, NULL), FEWRAY_OK);
+        float *depth = fewray_frame_add(frame, "Z");
+        depth[0] = misses[k];
+        depth[1] = 7;
+        adopt_layer_names(frame, NAMING_AUTO);
+        assert_ptr_equal(fewray_frame_plane(frame, "depth.Z"), depth);
+        assert_true(depth[0] == 0 && depth[1] == 7);
+        fewray_frame_destroy(&frame);
+    }
 }
 
 static void test_they_are_denoised(void **state) {
@@ -242,6 +306,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_layers_are_found),
         cmocka_unit_test(test_depth_is_the_length_of_a_place),
+        cmocka_unit_test(test_misses_are_depth_0),
         cmocka_unit_test(test_they_are_denoised),
         cmocka_unit_test(test_a_file_of_features_alone_is_refused),
     };

@@ -128,8 +128,9 @@ FEWRAY_API int fewray_denoise_frame(struct fewray_denoiser *denoiser, struct few
                                     struct fewray_denoise_stats *stats, struct fewray_error *error);
 /* The same, and the layers of these names with the same weights, keeping noisy.NAME.R/G/B. A name
  * means NAME.R, NAME.G, NAME.B, radiance that is part of the colour. The frame's emission is in the
- * layer "direct" and in those called "NAME:emission"; without an emission layer, in all by their
- * shares. A single channel of the name is coverage, 0..1. */
+ * layer "direct" and in those called "NAME:emission", and in those called "NAME:shared" by their
+ * shares of the colour; without an emission layer, in all by their shares. A single channel of the
+ * name is coverage, 0..1. */
 FEWRAY_API int fewray_denoise_frame_layers(struct fewray_denoiser *denoiser,
                                            struct fewray_frame *frame, const char *const *names,
                                            int name_count, struct fewray_denoise_stats *stats,

@@ -170,6 +170,51 @@ FEWRAY_API int fewray_frame_read_exr_header(const char *path, struct fewray_fram
 FEWRAY_API int fewray_frame_write_exr(const struct fewray_frame *frame, const char *path,
                                       bool float32, struct fewray_error *error);
 
+/* What the header of an EXR file says of one of its parts. */
+struct fewray_exr_channel {
+    char *name;
+    const char *type; /* "half", "float" or "uint" */
+};
+struct fewray_exr_attribute {
+    char *name, *text; /* the value as people write it, "2/2", "1 0 0 1"; cut after 4000 bytes */
+    const char *type;  /* "string", "m44f", ... */
+};
+struct fewray_exr_part {
+    char *name; /* "" where it has none */
+    bool tiled, deep;
+    const char *compression;               /* "ZIP" */
+    int data_window[4], display_window[4]; /* least x, y, greatest x, y */
+    int channel_count, attribute_count;
+    struct fewray_exr_channel *channels;
+    struct fewray_exr_attribute *attributes; /* but for those above and channels */
+};
+struct fewray_exr_header {
+    int part_count;
+    struct fewray_exr_part *parts;
+};
+/* Reads it, also of files whose pixels fewray_frame_read_exr() can't read. *out is owned by the
+ * caller. */
+FEWRAY_API int fewray_exr_header_read(const char *path, struct fewray_exr_header **out,
+                                      struct fewray_error *error);
+FEWRAY_API void fewray_exr_header_destroy(struct fewray_exr_header **header);
+
+/* A channel that is new or has new pixels. */
+struct fewray_exr_change {
+    const char *name;  /* as fewray_frame_read_exr() calls the plane */
+    const float *data; /* (height, width) of the first part's data window */
+};
+
+/* Copies the EXR file `source` to path with these channels changed. Those that it has keep their
+ * type, half floats as fewray_frame_write_exr() makes them, unless float32 is set; the others are
+ * added to the part that has the first one, as its type is. All else is kept bit for bit: other
+ * channels and parts, also those that a frame has no planes for, every attribute, windows, tiles,
+ * compression. Of a part that changes mipmap levels go, and a decreasing order of lines becomes an
+ * increasing one. source must be one that fewray_frame_read_exr() reads, without deep parts; path
+ * may be source. The file appears whole or not at all. */
+FEWRAY_API int fewray_exr_rewrite(const char *source, const struct fewray_exr_change *changes,
+                                  int count, bool float32, const char *path,
+                                  struct fewray_error *error);
+
 /* What of R, G, B half floats can't show: *clipped gets the number of pixels that have a value
  * above 65504, *lost that of pixels with light that become black. 0 without colour. */
 FEWRAY_API void fewray_frame_half_losses(const struct fewray_frame *frame, size_t *clipped,

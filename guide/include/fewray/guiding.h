@@ -12,8 +12,10 @@
  *     fewray_guide_first()         at the first vertex of each remaining path: what guides there
  *     fewray_guide_later()         at the vertices after it
  *     fewray_guide_sample(), _pdf()
+ *     fewray_guide_look_weight()   the look's own share in each pixel's mean
  *
- * or, for renderers that trace many paths side by side, fewray_guide_sample_many() and _pdf_many().
+ * and, where samples are many, fewray_guide_learn() between them; or, for renderers that trace many
+ * paths side by side, fewray_guide_sample_many() and _pdf_many().
  *
  * To stay unbiased, draw from the BSDF with the chance bsdf_fraction and else from the guide, and
  * divide by the density of both (solid angle; one-sample multiple importance sampling, Veach 1997,
@@ -48,9 +50,10 @@ struct fewray_guide_look {
     /* The first vertex. */
     const float *position;  /* (N, 3) world space */
     const float *normal;    /* (N, 3) shading normal, unit, towards the viewer */
-    const float *depth;     /* (N) way from the camera, scene units; 0: no record (the path missed
-                               the scene, or nothing there scatters widely) */
-    const float *direction; /* (N, 3) of the first bounce, of density FEWRAY_LOOK_PDF */
+    const float *depth;     /* (N) way from the camera, scene units; 0 or infinite: no record (the
+                               path missed the scene, or nothing there scatters widely) */
+    const float *direction; /* (N, 3) of the first bounce, of density FEWRAY_LOOK_PDF, best by
+                               fewray_guide_look_direction() */
     const float *direct;    /* (N, 3) or NULL: one estimate of the light that light sampling finds
                                here, irradiance / pi, weighed against FEWRAY_LOOK_PDF; for
                                fewray_guide_irradiance_many() alone */
@@ -66,7 +69,8 @@ struct fewray_guide_look {
                                of light sampling and further bounces there */
 
     /* The second vertex. */
-    const float *distance;      /* (N) from the first, scene units; 0: the bounce hit nothing */
+    const float *distance;      /* (N) from the first, scene units; 0 or infinite: the bounce hit
+                                   nothing */
     const float *second_normal; /* (N, 3) unit, towards the first vertex; any where there is none */
 
     /* All five or none (NULL): what the second vertex found by its own two samples, pooled in
@@ -83,6 +87,15 @@ struct fewray_guide_look {
                                          over the BSDF's; 0: nothing */
 };
 
+/* A direction for a record of pixel (x, y), `sample` of its samples: uniform over the hemisphere
+ * around the unit normal, and spread among neighbouring pixels as those of fewray's own look are,
+ * so that few bins of a map stay empty. */
+FEWRAY_API void fewray_guide_look_direction(uint64_t seed, int x, int y, int sample,
+                                            const float normal[3], float direction[3]);
+/* The same for all N records; a normal of 0 0 0 gives that as direction. threads: 0 = all cores. */
+FEWRAY_API void fewray_guide_look_directions(uint64_t seed, int width, int height, int samples,
+                                             int threads, const float *normal, float *direction);
+
 struct fewray_guide_options {
     int threads;         /* 0 = all cores */
     float bsdf_fraction; /* share of the directions that the BSDF draws at the first vertex, 0..1;
@@ -92,21 +105,26 @@ struct fewray_guide_options {
     const char *weights_path;   /* the network; NULL = built in */
     const volatile int *cancel; /* NULL; non-zero, by an atomic store, ends fewray_guide_create()
                                    with FEWRAY_ERROR_CANCELLED */
+    bool learns;                /* fewray_guide_learn() will be called: 12 KB more a map */
+    /* For fewray_guide_look_weight(), what is known of the unguided samples' noise. */
+    float bounce_share;    /* of its variance, what comes by the first bounce, 0..1; unknown: 1 */
+    float bounce_variance; /* that variance over the squared radiance; unknown: INFINITY */
 };
 /* As fewray's own renderer has them. */
 FEWRAY_API void fewray_guide_options_init(struct fewray_guide_options *options);
 
 struct fewray_guide_stats {
     long long records; /* of the look that were used */
-    long long dropped; /* with NaN, infinite or negative radiance or a direction or normal that
-                          isn't unit: left out */
+    long long dropped; /* with NaN, infinite or negative radiance, or a direction or normal that
+                          isn't unit, or a direction below the surface: left out */
     int maps, probes;
 };
 
 struct fewray_guide;
 
-/* Makes maps, and probes if there are second vertices, of a look. options, stats may be NULL. *out
- * is owned by the caller. The same bits on any number of threads. */
+/* Makes maps, and probes if there are second vertices, of a look. options, stats may be NULL. A
+ * look whose records were all dropped is an error that says why; one without records guides
+ * nothing. *out is owned by the caller. The same bits on any number of threads. */
 FEWRAY_API int fewray_guide_create(const struct fewray_guide_look *look,
                                    const struct fewray_guide_options *options,
                                    struct fewray_guide **out, struct fewray_guide_stats *stats,
@@ -117,7 +135,7 @@ FEWRAY_API void fewray_guide_destroy(struct fewray_guide **guide);
  * number of threads and allocate nothing. */
 struct fewray_guide_at {
     float bsdf_fraction; /* share of the directions that the BSDF should draw, 0..1; 1: nothing
-                            guides here, and the two functions below mustn't be called */
+                            guides here, and the two functions below give 0 */
     float light_chance;  /* with which a shadow ray is worth tracing here, (0, 1]: below 1 the look
                             saw no light around; trace with this chance and divide by it, or don't
                             care */
@@ -138,7 +156,8 @@ FEWRAY_API struct fewray_guide_at fewray_guide_first(const struct fewray_guide *
 FEWRAY_API struct fewray_guide_at fewray_guide_later(const struct fewray_guide *guide,
                                                      const float position[3], const float normal[3],
                                                      bool last);
-/* Draws a direction (unit). u: two numbers in [0, 1). */
+/* Draws a direction (unit), maybe one below the surface, whose contribution is 0. u: two numbers in
+ * [0, 1); 1 counts as the number below. */
 FEWRAY_API void fewray_guide_sample(const struct fewray_guide_at *at, const float u[2],
                                     float direction[3]);
 /* Density (solid angle) of fewray_guide_sample(); integrates to 1 over the sphere. */
@@ -168,6 +187,39 @@ FEWRAY_API void fewray_guide_pdf_many(const struct fewray_guide *guide,
 FEWRAY_API void fewray_guide_irradiance_many(const struct fewray_guide *guide,
                                              const struct fewray_guide_points *points,
                                              float *irradiance, float *confidence);
+
+/* Share of the look in the mean of pixel (x, y): share * (mean of the look's samples) + (1 - share)
+ * * (mean of the `guided` others). It is by what maps expect of both kinds of samples, of which
+ * none has seen the pixel's own look: a weight that depended on its samples would bias. */
+FEWRAY_API float fewray_guide_look_weight(const struct fewray_guide *guide, int x, int y,
+                                          int guided);
+/* For all pixels: share is (height, width) of the look's picture. */
+FEWRAY_API void fewray_guide_look_weights(const struct fewray_guide *guide, int guided,
+                                          float *share);
+
+/* --- Where samples are many, maps learn from those that they have drawn: trace a pass over the
+ * picture, learn from it, refine, trace the next. That doesn't bias: each sample is drawn by maps
+ * that haven't seen it, and counts by its own density. */
+
+/* What samples saw at their first vertex and by their bounce from there, however it was drawn; as
+ * in struct fewray_guide_look. Bad ones are ignored. */
+struct fewray_guide_lesson {
+    size_t count;
+    const int32_t *pixel;   /* (count, 2) x, y */
+    const float *normal;    /* (count, 3) */
+    const float *direction; /* (count, 3) */
+    const float *emitted;   /* (count, 3) */
+    const float *light_pdf; /* (count) or NULL */
+    const float *reflected; /* (count, 3) */
+};
+/* Notes them; nothing changes before fewray_guide_refine(). Needs options.learns. Not while another
+ * thread uses the guide. */
+FEWRAY_API int fewray_guide_learn(struct fewray_guide *guide,
+                                  const struct fewray_guide_lesson *lesson,
+                                  struct fewray_error *error);
+/* Makes the maps anew of the look and all that was noted; fewray does so after 4, 16, 64, ...
+ * samples a pixel. What fewray_guide_first() and _later() returned before is void. */
+FEWRAY_API int fewray_guide_refine(struct fewray_guide *guide, struct fewray_error *error);
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of many planes, as EXR files hold them."""
+
+import ctypes as C
+import os
+from typing import Any, Dict, Iterator, Mapping, Optional, Union
+
+import numpy as np
+
+from . import _library as L
+from . import _structs as S
+from ._arrays import Array, as_floats, view
+
+_LAYERS = {"color": ("R", "G", "B"), "noisy": ("noisy.R", "noisy.G", "noisy.B")}
+
+
+def _channels(layer: str) -> "tuple[str, ...]":
+    if layer in _LAYERS:
+        return _LAYERS[layer]
+    if layer == "normal":
+        return ("normal.X", "normal.Y", "normal.Z")
+    return tuple(f"{layer}.{c}" for c in "RGB")
+
+
+class Frame(Mapping[str, Array]):
+    """The planes of a picture by their channel names ("R", "albedo.G", "depth.Z"): arrays (height, width) of float32 that are
+    the library's own memory, so that changing them changes the frame. Radiance is linear RGB."""
+
+    def __init__(self, width: int, height: int) -> None:
+        """A frame without planes; sizes in pixels."""
+        pointer = C.c_void_p()
+        L.run(lambda error: L.function("fewray_frame_create")(C.c_int(width), C.c_int(height), C.byref(pointer), C.byref(error)))
+        self._pointer = pointer
+        self.stats: Dict[str, Any] = {}
+        """What `fewray render --stats` writes, where the frame was rendered: seconds and counts."""
+
+    @classmethod
+    def _of(cls, pointer: C.c_void_p) -> "Frame":
+        frame = cls.__new__(cls)
+        frame._pointer = pointer
+        frame.stats = {}
+        return frame
+
+    def __del__(self) -> None:
+        if getattr(self, "_pointer", None):
+            L.function("fewray_frame_destroy")(C.byref(self._pointer))
+
+    @property
+    def _frame(self) -> Any:
+        return C.cast(self._pointer, C.POINTER(S.fewray_frame)).contents
+
+    @property
+    def width(self) -> int:
+        """Pixels."""
+        return int(self._frame.width)
+
+    @property
+    def height(self) -> int:
+        """Pixels."""
+        return int(self._frame.height)
+
+    @property
+    def spp(self) -> int:
+        """Samples a pixel, where the file's header tells; else 0."""
+        return int(self._frame.spp)
+
+    def _planes(self) -> Any:
+        return C.cast(self._frame.planes, C.POINTER(S.fewray_plane * self._frame.plane_count)).contents
+
+    def __iter__(self) -> Iterator[str]:
+        return iter([plane.name.decode() for plane in self._planes()] if len(self) else [])
+
+    def __len__(self) -> int:
+        return int(self._frame.plane_count)
+
+    def __getitem__(self, name: str) -> Array:
+        for plane in self._planes() if len(self) else []:
+            if plane.name.decode() == name and plane.data:
+                return view(plane.data, (self.height, self.width), self)
+        raise KeyError(name)
+
+    def add(self, name: str) -> Array:
+        """The plane of that name, (height, width); zeros where it wasn't there."""
+        if not L.function("fewray_frame_add")(self._pointer, name.encode()):
+            raise L.Error(f"the plane {name!r} can't be added", -5)
+        return self[name]
+
+    def layer(self, name: str) -> Optional[Array]:
+        """A copy of a layer, (height, width, 3): "color", "noisy", "albedo", "normal", "variance", "emission", ...; None where
+        the frame lacks it."""
+        names = _channels(name)
+        if any(n not in self for n in names):
+            return None
+        return np.stack([self[n] for n in names], axis=2)
+
+    def set_layer(self, name: str, values: Any) -> None:
+        """Copies (height, width, 3) into a layer, which is added where it is missing."""
+        floats = as_floats(values, name)
+        if floats.shape != (self.height, self.width, 3):
+            raise ValueError(f"{name} has the shape {floats.shape}, not {(self.height, self.width, 3)}")
+        for c, channel in enumerate(_channels(name)):
+            self.add(channel)[:] = floats[:, :, c]
+
+    @property
+    def color(self) -> Array:
+        """A copy of the picture, (height, width, 3), linear RGB."""
+        color = self.layer("color")
+        if color is None:
+            raise KeyError("R, G, B")
+        return color
+
+    @property
+    def albedo(self) -> Optional[Array]:
+        return self.layer("albedo")
+
+    @property
+    def normal(self) -> Optional[Array]:
+        return self.layer("normal")
+
+    @property
+    def depth(self) -> Optional[Array]:
+        """(height, width), scene units, 0: nothing was hit; no copy."""
+        return self["depth.Z"] if "depth.Z" in self else None
+
+
+def read(path: Union[str, "os.PathLike[str]"]) -> Frame:
+    """All planes of an EXR file."""
+    pointer = C.c_void_p()
+    L.run(lambda error: L.function("fewray_frame_read_exr")(os.fsencode(path), C.byref(pointer), C.byref(error)))
+    return Frame._of(pointer)
+
+
+def write(path: Union[str, "os.PathLike[str]"], frame: Union[Frame, Mapping[str, Any]], float32: bool = False) -> None:
+    """Writes an EXR file, whole or not at all: a frame, or layers (height, width, 3) by name, of which "color" is the
+    picture. Half floats, unless float32 is set."""
+    if not isinstance(frame, Frame):
+        first = np.shape(next(iter(frame.values())))
+        made = Frame(first[1], first[0])
+        for name, values in frame.items():
+            made.set_layer(name, values)
+        frame = made
+    pointer = frame._pointer
+    L.run(lambda error: L.function("fewray_frame_write_exr")(pointer, os.fsencode(path), C.c_bool(float32), C.byref(error)))

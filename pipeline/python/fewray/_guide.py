@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The guide alone, for other renderers."""
+
+import ctypes as C
+from typing import Any, Dict, List, Optional, Tuple
+
+import numpy as np
+
+from . import _library as L
+from . import _structs as S
+from ._arrays import Array, packed
+
+_VECTORS = ("position", "normal", "direction", "direct", "emitted", "reflected", "second_normal", "second_light",
+            "second_bounce")
+_NUMBERS = ("depth", "light_pdf", "distance", "second_albedo", "second_light_value", "second_bounce_value")
+
+
+class Guide:
+    """Sampling maps and probes of another renderer's first look: <fewray/guiding.h>, which says what the arrays hold and how to
+    stay unbiased. The arrays aren't needed afterwards.
+
+    depth, light_pdf, distance, second_albedo, second_light_value, second_bounce_value: (height, width, samples); position,
+    normal, direction, direct, emitted, reflected, second_normal, second_light, second_bounce: (height, width, samples, 3).
+    light_pdf and direct may be missing; the five second_* but second_normal too, all together.
+    bsdf_fraction: 0..1, negative: the network decides; stats: records, dropped, maps, probes.
+    """
+
+    def __init__(self, *, threads: int = 0, bsdf_fraction: float = -1, map_bins: int = 32, share_maps: bool = True,
+                 weights: Optional[str] = None, **look: Any) -> None:
+        unknown = set(look) - set(_VECTORS + _NUMBERS)
+        if unknown or "depth" not in look:
+            raise TypeError(f"unknown arrays: {', '.join(sorted(unknown))}" if unknown else "the look has no depth")
+        shape = np.shape(look["depth"])
+        if len(shape) != 3:
+            raise ValueError(f"depth has the shape {shape}, not (height, width, samples)")
+        keep: List[Any] = []
+        given = S.fewray_guide_look(width=shape[1], height=shape[0], samples=shape[2])
+        for name, array in look.items():
+            setattr(given, name, packed(array, name, shape + ((3,) if name in _VECTORS else ()), keep))
+        options, stats, cancel = S.fewray_guide_options(), S.fewray_guide_stats(), C.c_int(0)
+        L.function("fewray_guide_options_init")(C.byref(options))
+        options.threads, options.bsdf_fraction, options.map_bins = threads, bsdf_fraction, map_bins
+        options.share_maps, options.weights_path = share_maps, weights.encode() if weights else None
+        options.cancel = C.addressof(cancel)
+        self._guide = C.c_void_p()
+        L.run(lambda error: L.function("fewray_guide_create")(
+            C.byref(given), C.byref(options), C.byref(self._guide), C.byref(stats), C.byref(error)), cancel)
+        self.stats: Dict[str, int] = {name: int(getattr(stats, name)) for name, _ in S.fewray_guide_stats._fields_}
+
+    def __del__(self) -> None:
+        if getattr(self, "_guide", None):
+            L.function("fewray_guide_destroy")(C.byref(self._guide))
+
+    def _points(self, pixel: Any, position: Any, normal: Any, last: bool, keep: List[Any]) -> Any:
+        count = len(normal)
+        points = S.fewray_guide_points(count=count, last=last)
+        points.position = packed(position, "position", (count, 3), keep)
+        points.normal = packed(normal, "normal", (count, 3), keep)
+        points.pixel = packed(pixel, "pixel", (count, 2), keep, np.int32)
+        return points
+
+    def _sample(self, pixel: Any, position: Any, normal: Any, u: Any, last: bool) -> Tuple[Array, Array, Array]:
+        keep: List[Any] = []
+        points, count = self._points(pixel, position, normal, last, keep), len(normal)
+        direction, pdf, fraction = np.empty((count, 3), np.float32), np.empty(count, np.float32), np.empty(count, np.float32)
+        L.function("fewray_guide_sample_many")(
+            self._guide, C.byref(points), C.c_void_p(packed(u, "u", (count, 2), keep)), C.c_void_p(direction.ctypes.data),
+            C.c_void_p(pdf.ctypes.data), C.c_void_p(fraction.ctypes.data))
+        return direction, pdf, fraction
+
+    def _pdf(self, pixel: Any, position: Any, normal: Any, direction: Any, last: bool) -> Tuple[Array, Array]:
+        keep: List[Any] = []
+        points, count = self._points(pixel, position, normal, last, keep), len(normal)
+        pdf, fraction = np.empty(count, np.float32), np.empty(count, np.float32)
+        L.function("fewray_guide_pdf_many")(
+            self._guide, C.byref(points), C.c_void_p(packed(direction, "direction", (count, 3), keep)),
+            C.c_void_p(pdf.ctypes.data), C.c_void_p(fraction.ctypes.data))
+        return pdf, fraction
+
+    def first_sample(self, pixel: Any, position: Any, normal: Any, u: Any) -> Tuple[Array, Array, Array]:
+        """Draws a direction at each first vertex. pixel: (N, 2) int32, x and y; position, normal (unit, towards the viewer):
+        (N, 3); u: (N, 2) in [0, 1). Returns direction (N, 3), its density in solid angle (N) and the share of directions that
+        the BSDF should draw (N); where that is 1 nothing guides and the others are 0."""
+        return self._sample(pixel, position, normal, u, False)
+
+    def first_pdf(self, pixel: Any, position: Any, normal: Any, direction: Any) -> Tuple[Array, Array]:
+        """Density (solid angle) of first_sample() for directions (N, 3), and the BSDF's share: (N) each."""
+        return self._pdf(pixel, position, normal, direction, False)
+
+    def later_sample(self, position: Any, normal: Any, u: Any, last: bool = False) -> Tuple[Array, Array, Array]:
+        """The same at later vertices. last: the bounce from here can only find lights, since the path ends then."""
+        return self._sample(None, position, normal, u, last)
+
+    def later_pdf(self, position: Any, normal: Any, direction: Any, last: bool = False) -> Tuple[Array, Array]:
+        """Density of later_sample()."""
+        return self._pdf(None, position, normal, direction, last)
+
+    def irradiance(self, pixel: Any, normal: Any) -> Tuple[Array, Array]:
+        """Irradiance / pi (N, 3), nearly free of noise, and the confidence in it (N), 0..1: for fewray.denoise()."""
+        keep: List[Any] = []
+        points, count = self._points(pixel, None, normal, False, keep), len(normal)
+        irradiance, confidence = np.empty((count, 3), np.float32), np.empty(count, np.float32)
+        L.function("fewray_guide_irradiance_many")(
+            self._guide, C.byref(points), C.c_void_p(irradiance.ctypes.data), C.c_void_p(confidence.ctypes.data))
+        return irradiance, confidence
