@@ -14,6 +14,7 @@ struct composite_options {
     struct fewray_composite_options draw;
     struct fewray_outputs outputs;
     const char *stats_path;
+    char caption[512]; /* with what the stats say */
     struct text_list crops;
 };
 
@@ -62,14 +63,14 @@ static int parse_crops(struct composite_options *options) {
 static int composite_files(struct composite_options *options, int count, char **paths,
                            struct fewray_error *error) {
     struct fewray_frame *frames[3] = {NULL};
-    char caption[512], summary[256];
+    char summary[256];
     int status = outputs_check(&options->outputs, error);
     if (!status && options->stats_path) {
         status = stats_read_summary(options->stats_path, summary, sizeof summary, error);
-        snprintf(caption, sizeof caption, "%s%s%s",
+        snprintf(options->caption, sizeof options->caption, "%s%s%s",
                  options->draw.caption ? options->draw.caption : "",
                  options->draw.caption ? ": " : "", summary);
-        options->draw.caption = caption;
+        options->draw.caption = options->caption;
     }
     for (int i = 0; i < count && !status; i++)
         status = read_picture(paths[i], NAMING_AUTO, &frames[i], error);

@@ -167,13 +167,15 @@ static void depth_of_place(struct fewray_frame *frame, struct adoption *adoption
         if (p[2][i] < 0)
             return;
     float *depth[3];
+    char name[FEWRAY_NAME_MAX]; /* adding a layer moves the planes, not their data */
+    memcpy(name, place[0]->name, sizeof name);
     if (!fewray_frame_add_layer(frame, FEWRAY_DEPTH, depth))
         return;
     for (size_t i = 0; i < count; i++)
         depth[0][i] = sqrtf(p[0][i] * p[0][i] + p[1][i] * p[1][i] + p[2][i] * p[2][i]);
     struct adopted_layer *layer = &adoption->layers[FEWRAY_DEPTH];
     *layer = (struct adopted_layer){.found = true, .adopted = true, .naming = NAMING_PBRT};
-    memcpy(layer->names[0], place[0]->name, FEWRAY_NAME_MAX);
+    memcpy(layer->names[0], name, sizeof name);
     adoption->depth_of_place = true;
 }
 

@@ -37,6 +37,19 @@ static void print_help(void) {
          "2 the command line is wrong.");
 }
 
+/* All that the commands know of themselves (options.h), behind a line for each: about NAME TEXT. */
+static int print_table(void) {
+    printf("version\t%s\n", FEWRAY_VERSION);
+    for (int i = 0; i < COMMAND_COUNT; i++)
+        printf("about\t%s\t%s\n", COMMANDS[i].name, COMMANDS[i].about);
+    int code = EXIT_DONE;
+    for (int i = 0; i < COMMAND_COUNT && code == EXIT_DONE; i++) {
+        char *argv[] = {(char *)COMMANDS[i].name, (char *)"--help=table", NULL};
+        code = COMMANDS[i].run(2, argv);
+    }
+    return code;
+}
+
 static int dispatch(int argc, char **argv) {
     if (argc < 2)
         return report_usage("give a command; `fewray --help` lists them");
@@ -44,6 +57,8 @@ static int dispatch(int argc, char **argv) {
         print_help();
         return EXIT_DONE;
     }
+    if (!strcmp(argv[1], "--help=table"))
+        return print_table();
     if (!strcmp(argv[1], "--version")) {
         puts("fewray " FEWRAY_VERSION);
         return EXIT_DONE;

@@ -218,6 +218,52 @@ static void print_help(const struct command_line *line) {
     printf("  %-34s %s\n", "--help", "this text");
 }
 
+static const char *kind_name(enum option_kind kind) {
+    switch (kind) {
+    case OPTION_FLAG:
+        return "flag";
+    case OPTION_CHOICE:
+        return "choice";
+    case OPTION_NAMES:
+        return "names";
+    case OPTION_TEXT:
+        return "text";
+    case OPTION_LIST:
+    case OPTION_DEFINE:
+        return "define";
+    case OPTION_INT:
+    case OPTION_SEED:
+    case OPTION_FLOAT:
+    case OPTION_SIZE:
+    case OPTION_TIME:
+        break;
+    }
+    return "number";
+}
+
+static void print_table_row(const char *command, const struct option_spec *option) {
+    char takes[80];
+    const bool is_text = option->kind == OPTION_FLAG || option->kind == OPTION_TEXT;
+    printf("option\t%s\t%c\t%s\t%s\t%s\t", command, option->letter ? option->letter : '-',
+           option->name, kind_name(option->kind), option->metavar ? option->metavar : "-");
+    for (int i = 0; option->choices && option->choices[i]; i++)
+        printf("%s%s", i ? " " : "", option->choices[i]);
+    printf("%s\t%s\t%s\n", option->choices ? "" : "-",
+           is_text || option->choices ? "-" : describe_value(option, takes, sizeof takes),
+           option->help);
+}
+
+static void print_table(const struct command_line *line) {
+    static const struct option_spec help = {.name = "help", .help = "print a short text"};
+    printf("command\t%s\t%s\t", line->name, line->synopsis);
+    for (const char *c = line->about; *c; c++)
+        putchar(*c == '\n' ? ' ' : *c);
+    putchar('\n');
+    for (const struct option_spec *option = line->options; option->name; option++)
+        print_table_row(line->name, option);
+    print_table_row(line->name, &help);
+}
+
 /* The table as getopt_long wants it; returns the number of options. */
 static int make_getopt_table(const struct command_line *line, struct option longs[],
                              char *letters) {
@@ -235,7 +281,7 @@ static int make_getopt_table(const struct command_line *line, struct option long
         }
     }
     *letter = 0;
-    longs[count] = (struct option){"help", no_argument, NULL, HELP_CODE};
+    longs[count] = (struct option){"help", optional_argument, NULL, HELP_CODE};
     longs[count + 1] = (struct option){0};
     return count;
 }
@@ -254,8 +300,8 @@ static enum parse_result wrong_option(const struct command_line *line, int code,
     if (code == ':' && option)
         report_usage("%s: --%s needs a value %s", line->name, option->name,
                      option->metavar ? option->metavar : "");
-    else if (option || optopt == HELP_CODE)
-        report_usage("%s: --%s takes no value", line->name, option ? option->name : "help");
+    else if (option)
+        report_usage("%s: --%s takes no value", line->name, option->name);
     else if (optopt)
         report_usage("%s: there is no option -%c; `fewray %s --help` lists them", line->name,
                      optopt, line->name);
@@ -263,6 +309,18 @@ static enum parse_result wrong_option(const struct command_line *line, int code,
         report_usage("%s: there is no option %s; `fewray %s --help` lists them", line->name,
                      argv[optind - 1], line->name);
     return PARSE_WRONG;
+}
+
+static enum parse_result help(const struct command_line *line, const char *value) {
+    if (value && strcmp(value, "table")) {
+        report_usage("%s: --help takes no value", line->name);
+        return PARSE_WRONG;
+    }
+    if (value)
+        print_table(line);
+    else
+        print_help(line);
+    return PARSE_HELP;
 }
 
 enum parse_result parse_command_line(const struct command_line *line, int argc, char **argv,
@@ -273,10 +331,8 @@ enum parse_result parse_command_line(const struct command_line *line, int argc, 
     opterr = 0;
     optind = 0; /* glibc: forget an earlier call */
     for (int code; (code = getopt_long(argc, argv, letters, longs, NULL)) != -1;) {
-        if (code == HELP_CODE) {
-            print_help(line);
-            return PARSE_HELP;
-        }
+        if (code == HELP_CODE)
+            return help(line, optarg);
         if (code == '?' || code == ':')
             return wrong_option(line, code, argv);
         const struct option_spec *option = find_option(line, code);

@@ -56,8 +56,14 @@ struct command_line {
 
 enum parse_result { PARSE_OK, PARSE_HELP, PARSE_WRONG };
 
-/* Fills the options' values. On PARSE_OK the files are argv[*first_file .. argc - 1]; on PARSE_HELP
- * the help was printed on stdout; on PARSE_WRONG one line on stderr. */
+/* Fills the options' values. --help=table, for the build alone, prints what --help knows for
+ * pipeline/manual, which makes manual pages and shell completion of it: lines
+ *     command NAME SYNOPSIS ABOUT
+ *     option NAME LETTER OPTION KIND METAVAR CHOICES TAKES HELP
+ * with a tab between two fields, - for an empty one and spaces between choices; KIND is flag,
+ * choice, names, number, text or define.
+ * On PARSE_OK the files are argv[*first_file .. argc - 1]; on
+ * PARSE_HELP the help was printed on stdout; on PARSE_WRONG one line on stderr. */
 enum parse_result parse_command_line(const struct command_line *line, int argc, char **argv,
                                      int *first_file);
 

@@ -18,7 +18,11 @@
 #define CHUNK_BYTES 65536
 
 static int line_of(const struct xml_reader *reader) {
+#if XML_MAJOR_VERSION * 1000 + XML_MINOR_VERSION >= 2009 /* which deprecates the other one */
+    return (int)XML_GetCurrentLineNumber64(reader->source->parser);
+#else
     return (int)XML_GetCurrentLineNumber(reader->source->parser);
+#endif
 }
 
 static void stop(struct xml_reader *reader, int status) {

@@ -9,8 +9,14 @@ static bool is_hit(const struct bundle *b, int i) {
 
 static void lane_surface(const struct bundle *b, int i, struct surface *surface) {
     const struct RTCHit16 *h = &b->rays.hit;
-    struct RTCHit hit = {h->Ng_x[i], h->Ng_y[i],   h->Ng_z[i],   h->u[i],
-                         h->v[i],    h->primID[i], h->geomID[i], {h->instID[0][i]}};
+    struct RTCHit hit = {.Ng_x = h->Ng_x[i],
+                         .Ng_y = h->Ng_y[i],
+                         .Ng_z = h->Ng_z[i],
+                         .u = h->u[i],
+                         .v = h->v[i],
+                         .primID = h->primID[i],
+                         .geomID = h->geomID[i],
+                         .instID = {h->instID[0][i]}};
     surface_at_hit(b->in->world, &hit, b->rays.ray.tfar[i], surface);
 }
 

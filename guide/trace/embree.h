@@ -13,8 +13,10 @@
 
 #if FEWRAY_EMBREE >= 4
 #include <embree4/rtcore.h>
-#else
+#elif FEWRAY_EMBREE == 3
 #include <embree3/rtcore.h>
+#else
+#error "FEWRAY_EMBREE, the version's first number, comes with the target fewray_guide"
 #endif
 
 /* All functions of Embree that are called; another one is added here alone. */

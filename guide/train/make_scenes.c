@@ -114,13 +114,25 @@ static int write_scene(const struct stage *stage, const struct options *options,
     return stage_write_xml(stage, options->width, options->height, path, prefix, error);
 }
 
+/* The folder and those that it lies in; whoever writes into it tells where one couldn't be made. */
+static void make_folders(const char *folder) {
+    char path[4096];
+    snprintf(path, sizeof path, "%s", folder);
+    for (char *slash = strchr(path + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
+        *slash = 0;
+        mkdir(path, 0777);
+        *slash = '/';
+    }
+    mkdir(folder, 0777);
+}
+
 int main(int argc, char **argv) {
     struct options options;
     if (!parse(argc, argv, &options)) {
         fputs(usage, stderr);
         return 2;
     }
-    mkdir(options.folder, 0777);
+    make_folders(options.folder);
     for (int i = options.first; i < options.first + options.count; i++) {
         struct stage stage;
         struct fewray_error error = {0};

@@ -21,6 +21,7 @@
 
 #include "guide/odis/gather.h"
 #include "guide/trace/film.h"
+#include "guide/train/truth.h"
 
 #define HALF_PLANES     (GATHER_PLANES + 3)
 #define MAX_INITIALS    16
@@ -83,33 +84,11 @@ static struct place random_place(const struct fewray_look *look, bool share, uin
                           .j1 = (row + 1) * size + ring};
 }
 
-/* The truth of one bin: directions spread over it, each with one estimate of the radiance that
- * arrives. */
 static void trace_bin(const struct integrator *in, const struct gathered *g, int bin, int samples,
                       uint32_t seed, float target[2][SPHERE_BINS]) {
-    double mean = 0, moment = 0;
-    int used = 0;
-    for (int s = 0; s < samples; s++) {
-        struct sampler sampler = sampler_start(hash_combine(seed, (uint32_t)bin), (uint32_t)s);
-        float u[2];
-        sampler_2d(&sampler, u);
-        struct vec3 direction =
-            sphere_direction(bin / SPHERE_COLUMNS, bin % SPHERE_COLUMNS, u[0], u[1]);
-        struct path_state state = {.depth = 1, .throughput = vec(1, 1, 1), .eta = 1};
-        const struct path_ray ray = {g->position, g->normal, g->normal, direction, LOOK_PDF};
-        struct incident i = trace_incident(in, &sampler, state, ray, NULL);
-        float full = mean_component(add(i.emission, i.reflected));
-        float weighted = mean_component(incident_radiance(&i, LOOK_PDF));
-        if (!isfinite(full) || !isfinite(weighted))
-            continue;
-        mean += full;
-        moment += (double)weighted * weighted;
-        used++;
-    }
-    if (used) {
-        target[0][bin] = (float)(mean / used / g->scale);
-        target[1][bin] = (float)(sqrt(moment / used) / g->scale);
-    }
+    struct truth_bin truth = truth_bin(in, g->position, g->normal, bin, samples, seed);
+    target[0][bin] = (float)(truth.mean / g->scale);
+    target[1][bin] = (float)(truth.root_moment / g->scale);
 }
 
 /* False where no light arrives: that teaches nothing, the map falls back to the BSDF there. */

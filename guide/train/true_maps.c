@@ -22,6 +22,7 @@
 #include "guide/odis/gather.h"
 #include "guide/odis/maps.h"
 #include "guide/trace/film.h"
+#include "guide/train/truth.h"
 
 #define MAX_LIST     32
 #define MOMENT_LEAST 1e-3f /* of the mean over the bins: no bin becomes unreachable */
@@ -65,26 +66,6 @@ static bool find_surface(const struct integrator *in, int x, int y, struct truth
     return record.depth > 0;
 }
 
-static float trace_bin(const struct integrator *in, const struct truth *t, int bin, uint32_t seed,
-                       const struct options *o) {
-    double sum = 0;
-    for (int s = 0; s < o->samples; s++) {
-        struct sampler sampler = sampler_start(hash_combine(seed, (uint32_t)bin), (uint32_t)s);
-        float u[2];
-        sampler_2d(&sampler, u);
-        struct vec3 d = sphere_direction(bin / SPHERE_COLUMNS, bin % SPHERE_COLUMNS, u[0], u[1]);
-        struct path_state state = {.depth = 1, .throughput = vec(1, 1, 1), .eta = 1};
-        const struct path_ray ray = {t->position, t->normal, t->normal, d, LOOK_PDF};
-        struct incident i = trace_incident(in, &sampler, state, ray, NULL);
-        float full = mean_component(add(i.emission, i.reflected));
-        float weighted = mean_component(incident_radiance(&i, LOOK_PDF));
-        double value = o->moments ? (double)weighted * weighted : full;
-        sum += isfinite(value) ? value : 0;
-    }
-    double mean = sum / o->samples;
-    return (float)(o->moments ? sqrt(mean) : mean);
-}
-
 static void trace_truth(const struct integrator *in, int x, int y, const struct options *o,
                         struct truth *t) {
     t->valid = find_surface(in, x, y, t);
@@ -95,7 +76,10 @@ static void trace_truth(const struct integrator *in, int x, int y, const struct 
     sphere_cosines(t->normal, cosine);
     uint32_t seed = hash_combine(hash_combine((uint32_t)x, (uint32_t)y), 0x74727574u);
     for (int b = 0; b < SPHERE_BINS; b++) {
-        t->wanted[b] = cosine[b] > 0 ? trace_bin(in, t, b, seed, o) : 0;
+        struct truth_bin truth = {0, 0, 0};
+        if (cosine[b] > 0)
+            truth = truth_bin(in, t->position, t->normal, b, o->samples, seed);
+        t->wanted[b] = (float)(o->moments ? truth.root_moment : truth.mean);
         sum += t->wanted[b];
         above += cosine[b] > 0;
     }

@@ -2,5 +2,4 @@
 # The renderer: radiance, sizes, geometry, materials, lights and cameras at their worst.
 foreach(name radiance sizes film bsdfs cameras geometry lights half)
   fewray_stress_test(scene_${name} fewray_pipeline)
-  target_compile_definitions(stress_scene_${name} PRIVATE FEWRAY_EMBREE=${embree_VERSION_MAJOR})
 endforeach()

@@ -33,5 +33,4 @@ fewray_unit_test(bsdf_sampling fewray_guide PkgConfig::jansson)
 fewray_unit_test(light_values fewray_guide PkgConfig::jansson)
 foreach(name bundle edges guiding lights light_tree sampling maps maps_build pilot integrator odis_network render
         shapes spheres instances bsdf_values bsdf_sampling light_values)
-  target_compile_definitions(test_${name} PRIVATE FEWRAY_EMBREE=${embree_VERSION_MAJOR})
 endforeach()
