@@ -11,8 +11,8 @@ and light sampling stay Mitsuba's own. Use it like `path`, with the same max_dep
     integrator = mi.load_dict({"type": "fewray_guided", "max_depth": 8})
     image = integrator.render(scene, spp=4)      # a tensor (height, width, 3), linear RGB, box filter
 
-Further parameters: `guided` (True; False: the same path tracer without a guide), `look_weight` (0.15: what the look's
-samples count beside the others; Bako et al. 2019 discard them, 0) and `later` (True: probes guide the second vertex).
+Further parameters: `guided` (True; False: the same path tracer without a guide), `keep_look` (True: the look's sample counts
+by the weight that the maps give it; Bako et al. 2019 discard it) and `later` (True: probes guide the second vertex).
 """
 
 import drjit as dr
@@ -35,25 +35,6 @@ def rows(vectors):
 
 def column(values):
     return np.array(values, dtype=np.float32)
-
-
-def look_numbers(x, y, seed):
-    """Two numbers in [0, 1) for each pixel: one (0,2)-sequence for the 256 pixels of a tile in Morton order, so that
-    any window of pixels looks into all directions evenly."""
-    rng = np.random.default_rng(seed)
-    morton = np.zeros_like(x)
-    for bit in range(4):
-        morton |= (x >> bit & 1) << (2 * bit) | (y >> bit & 1) << (2 * bit + 1)
-    first, second, column_bits = np.zeros_like(x), np.zeros_like(x), 1 << 31
-    for bit in range(8):  # van der Corput, and Sobol's second dimension
-        on = -(morton >> bit & 1)
-        first ^= on & (1 << (31 - bit))
-        second ^= on & column_bits
-        column_bits ^= column_bits >> 1
-    tiles = (x >> 4) + (y >> 4) * ((int(x.max()) >> 4) + 1)
-    scrambles = rng.integers(0, 1 << 32, (int(tiles.max()) + 1, 2), dtype=np.int64)
-    return [mi.Float(((n ^ scrambles[tiles, k]) / 2**32).astype(np.float32).clip(0, 1 - 2**-24))
-            for k, n in enumerate((first, second))]
 
 
 class Vertex:
@@ -155,7 +136,7 @@ class Guided(mi.SamplingIntegrator):
         self.rr_depth = props.get("rr_depth", 5)
         self.hide_emitters = props.get("hide_emitters", False)
         self.guided = props.get("guided", True)
-        self.look_weight = props.get("look_weight", 0.15)
+        self.keep_look = props.get("keep_look", True)
         self.later = props.get("later", True)
 
     def aov_names(self):
@@ -168,16 +149,17 @@ class Guided(mi.SamplingIntegrator):
         sensor = scene.sensors()[sensor] if isinstance(sensor, int) else sensor
         self.size = sensor.film().crop_size()
         spp = spp or sensor.sampler().sample_count()
-        guide, total, weight = None, 0, 0
-        if self.guided:
-            if spp < 2:
-                raise ValueError("fewray_guided: give 2 samples a pixel or more: the first one is the look")
-            guide, radiance = self.look(scene, sensor, int(seed) * 4096)
-            total, weight = radiance * self.look_weight, self.look_weight
-        for k in range(1 if guide else 0, spp):
-            total += self.trace(scene, sensor, int(seed) * 4096 + k, guide)
-            weight += 1
-        return mi.TensorXf((total / weight).ravel(), (int(self.size.y), int(self.size.x), 3))
+        if not self.guided:
+            mean = sum(self.trace(scene, sensor, int(seed) * 4096 + k, None) for k in range(spp)) / spp
+        elif spp < 2:
+            raise ValueError("fewray_guided: give 2 samples a pixel or more: the first one is the look")
+        else:
+            guide, look = self.look(scene, sensor, int(seed) * 4096)
+            mean = sum(self.trace(scene, sensor, int(seed) * 4096 + k, guide) for k in range(1, spp)) / (spp - 1)
+            if self.keep_look:
+                share = guide.look_weights(spp - 1).reshape(-1, 1)
+                mean = share * look + (1 - share) * mean
+        return mi.TensorXf(mean.ravel(), (int(self.size.y), int(self.size.x), 3))
 
     def start(self, scene, sensor, seed):
         """A ray for each pixel: the sampler, pixels (count, 2) and what follow() gives."""
@@ -282,7 +264,7 @@ class Guided(mi.SamplingIntegrator):
         """The first look: the guide that it makes, and its own sample of each pixel (count, 3)."""
         sampler, pixels, radiance, first, throughput, depth, eta, way = self.start(scene, sensor, seed)
         looked = first.smooth & (first.breadth > 0)
-        direction, weight, pdf, step, delta, light = self.look_bounce(first, looked, pixels, seed, sampler)
+        direction, weight, pdf, step, delta, light = self.look_bounce(first, looked, seed, sampler)
         radiance += throughput * light
         hit = scene.ray_intersect(first.si.spawn_ray(direction), mi.RayFlags.All, False, first.active)
         emission = dr.select(first.active, hit.emitter(scene).eval(hit, first.active), 0)
@@ -305,14 +287,13 @@ class Guided(mi.SamplingIntegrator):
             "second_bounce": notes["second_bounce"]}.items()}
         return fewray.Guide(**grey, **vectors), np.nan_to_num(rows(radiance), nan=0, posinf=0, neginf=0)
 
-    @staticmethod
-    def look_bounce(first, looked, pixels, seed, sampler):
+    def look_bounce(self, first, looked, seed, sampler):
         """A direction uniform over the hemisphere where the guide is to learn, the BSDF's elsewhere, as Proposal.sample(),
         and what light sampling adds."""
-        x, y = pixels[:, 0].astype(np.int64), pixels[:, 1].astype(np.int64)
-        even = mi.warp.square_to_uniform_hemisphere(mi.Point2f(*look_numbers(x, y, seed)))
+        size = (int(self.size.y), int(self.size.x), 1, 3)
+        even = fewray.look_directions(rows(first.normal).reshape(size), seed)
         plain, weight, pdf, eta, delta = Proposal(first, None, None, False, sampler).sample(sampler)
-        direction = dr.select(looked, mi.Frame3f(first.normal).to_world(even), plain)
+        direction = dr.select(looked, dr.unravel(mi.Vector3f, mi.Float(even.ravel())), plain)
         value, _ = first.evaluate(direction, looked)
         sample, radiance = first.sample_light(sampler)
         lit, bsdf_pdf = first.evaluate(sample.d, first.smooth & (sample.pdf != 0))

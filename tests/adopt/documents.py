@@ -35,6 +35,8 @@ SMALLER = [
     (r"--width 384\b", "--width 128"),
     (r"--views 12\b", "--views 2"),
     (r"--size 350x200\b", "--size 32x32 --spp 2,4 --seeds 1"),
+    (r"train/make_data\.py", "train/make_data.py --width 160 --height 128 --reference-spp 16"),
+    (r"denoise/train/train\.py", "denoise/train/train.py --batch 2"),
     (r"study_table\.py", "study_table.py --seeds 1"),
     (r"=REFERENCE\.exr ?\.\.\.", "=REFERENCE.exr"),  # and more such pairs
 ]
@@ -122,7 +124,7 @@ def blocks_of(path):
 
 def documents():
     found = [Path("README.md"), *sorted(Path("docs").glob("*.md")), *sorted(Path("examples").glob("*/README.md")),
-             *sorted(Path("tests").glob("*/README.md")), *(Path(p) for p in LAST[:2])]
+             *sorted(Path("tests").rglob("README.md")), *(Path(p) for p in LAST[:2])]
     return sorted(found, key=lambda p: LAST.index(str(p)) if str(p) in LAST else -1)
 
 

@@ -246,9 +246,22 @@ class Guide(Scratch):
         again, _ = guide.first_pdf(pixel, position, normal, direction)
         np.testing.assert_array_equal(pdf, again)
         self.assertGreater((direction[fraction < 1, 0] > 0.7).mean(), 0.4)  # of the even hemisphere: 0.1
+        share = guide.look_weights(3)
+        self.assertEqual(share.shape, (16, 24))
+        self.assertTrue(((share > 0) & (share < 0.5)).all())
         irradiance, confidence = guide.irradiance(pixel, normal)
         self.assertTrue((irradiance > 0).all() and (confidence <= 1).all())
         self.assertTrue((guide.later_pdf(position, normal, normal)[1] == 1).all())  # no probes
+
+    def test_look_directions_are_above_the_surface(self):
+        up = np.zeros((16, 24, 2, 3), np.float32)
+        up[..., 1] = 1
+        directions = fewray.look_directions(up, seed=5)
+        np.testing.assert_allclose(np.linalg.norm(directions, axis=3), 1, atol=1e-5)
+        self.assertTrue((directions[..., 1] >= 0).all())
+        self.assertAlmostEqual(float(directions[..., 1].mean()), 0.5, delta=0.01)  # spread evenly: far below 1 / sqrt(768)
+        with self.assertRaises(ValueError):
+            fewray.look_directions(up[0])
 
     def test_wrong_looks_are_told(self):
         look = self.look()

@@ -11,10 +11,10 @@
 from ._compare import Metrics, compare
 from ._denoise import Denoiser, denoise
 from ._frame import Frame, read, write
-from ._guide import Guide
+from ._guide import Guide, look_directions
 from ._library import Error
 from ._library import version as _version
 from ._render import render
 
 __version__ = _version()
-__all__ = ["Denoiser", "Error", "Frame", "Guide", "Metrics", "compare", "denoise", "read", "render", "write"]
+__all__ = ["Denoiser", "Error", "Frame", "Guide", "Metrics", "compare", "denoise", "look_directions", "read", "render", "write"]

@@ -15,6 +15,20 @@ _VECTORS = ("position", "normal", "direction", "direct", "emitted", "reflected",
 _NUMBERS = ("depth", "light_pdf", "distance", "second_albedo", "second_light_value", "second_bounce_value")
 
 
+def look_directions(normal: Any, seed: int = 0, threads: int = 0) -> Array:
+    """First bounces for a look: uniform over the hemispheres of normal (height, width, samples, 3; unit, towards the viewer),
+    and spread evenly among neighbouring pixels. The same shape; where a normal is 0 the direction is, too."""
+    keep: List[Any] = []
+    shape = np.shape(normal)
+    if len(shape) != 4 or shape[3] != 3:
+        raise ValueError(f"normal has the shape {shape}, not (height, width, samples, 3)")
+    direction = np.empty(shape, np.float32)
+    L.function("fewray_guide_look_directions")(
+        C.c_uint64(seed), C.c_int(shape[1]), C.c_int(shape[0]), C.c_int(shape[2]), C.c_int(threads),
+        C.c_void_p(packed(normal, "normal", shape, keep)), C.c_void_p(direction.ctypes.data))
+    return direction
+
+
 class Guide:
     """Sampling maps and probes of another renderer's first look: <fewray/guiding.h>, which says what the arrays hold and how to
     stay unbiased. The arrays aren't needed afterwards.
@@ -33,6 +47,7 @@ class Guide:
         shape = np.shape(look["depth"])
         if len(shape) != 3:
             raise ValueError(f"depth has the shape {shape}, not (height, width, samples)")
+        self._size = shape[0], shape[1]
         keep: List[Any] = []
         given = S.fewray_guide_look(width=shape[1], height=shape[0], samples=shape[2])
         for name, array in look.items():
@@ -94,6 +109,13 @@ class Guide:
     def later_pdf(self, position: Any, normal: Any, direction: Any, last: bool = False) -> Tuple[Array, Array]:
         """Density of later_sample()."""
         return self._pdf(None, position, normal, direction, last)
+
+    def look_weights(self, guided: int) -> Array:
+        """Share (height, width) of the look in each pixel's mean beside so many guided samples: share * (mean of the look's) +
+        (1 - share) * (mean of the others)."""
+        share = np.empty(self._size, np.float32)
+        L.function("fewray_guide_look_weights")(self._guide, C.c_int(guided), C.c_void_p(share.ctypes.data))
+        return share
 
     def irradiance(self, pixel: Any, normal: Any) -> Tuple[Array, Array]:
         """Irradiance / pi (N, 3), nearly free of noise, and the confidence in it (N), 0..1: for fewray.denoise()."""
