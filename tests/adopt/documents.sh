@@ -18,7 +18,7 @@ RETRAIN_VENV=$PWD/build-adopt/venv
 tree=$PWD/build-adopt/documents
 rm -rf "$tree"
 mkdir -p "$tree"
-make_environment # with PyTorch, for the training's commands
+(make_environment) || exit 77 # with PyTorch, for the training's commands
 tar --exclude='./build*' --exclude=./.git --exclude=./examples/out -cf - . | tar -xf - -C "$tree"
 here=$PWD
 cd "$tree"

@@ -3,7 +3,10 @@
 # Both networks can be trained anew from nothing, in the size that docs/how-it-works.md calls tiny, and used.
 set -eu
 . tests/packages.sh
-install_missing python3
+install_missing python3 python3-venv
+. denoise/train/retrain_setup.sh
+export RETRAIN_VENV="$PWD/build-adopt/venv"
+(make_environment) || exit 77
 tree=build-adopt/retrain
 rm -rf $tree
 mkdir -p $tree

@@ -36,10 +36,12 @@ static inline void picture_fast(struct fewray_job *job) {
     job->denoise.model = FEWRAY_DENOISE_FAST;
 }
 
-/* Width without a multiple of a tile or a block; above 4 samples a pixel maps learn. */
+/* Width without a multiple of a tile or a block; above 4 samples a pixel maps learn. None of
+ * window-room, whose ceiling lies in the upper faces of its walls: which of them is seen is for
+ * each version of Embree to choose. */
 static const struct picture pictures[] = {
     {"plain, glossy", "glossy-still-life.xml", 44, 3, picture_plain},
-    {"guided, denoised, learning, parts", "window-room.xml", 52, 6, picture_parts},
+    {"guided, denoised, learning, parts", "door-ajar.xml", 52, 6, picture_parts},
     {"guided, glossy, fast denoiser", "glossy-still-life.xml", 44, 4, picture_fast},
     {"paper's guide", "door-ajar.xml", 44, 3, picture_paper},
     {"adaptive", "cornell-box.xml", 36, 8, picture_adaptive},
