@@ -2,6 +2,7 @@
 /* Finds layers by the channel names of other renderers and gives them ours. */
 
 #include "pipeline/layer_names.h"
+#include "fewray/pipeline.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -274,6 +275,10 @@ void adopt_layers(struct fewray_frame *frame, enum layer_naming naming, bool noi
 
 void adopt_layer_names(struct fewray_frame *frame, enum layer_naming naming) {
     adopt_layers(frame, naming, true, NULL);
+}
+
+void fewray_frame_adopt_names(struct fewray_frame *frame, bool noisy) {
+    adopt_layers(frame, NAMING_AUTO, noisy, NULL);
 }
 
 const char *adopted_name(const struct adoption *adoption, const char *plane) {

@@ -155,6 +155,15 @@ class Frames(Scratch):
         gc.collect()
         self.assertEqual(plane[2, 3], 0.5)  # the array keeps the frame
 
+    def test_layers_of_other_renderers_are_found(self):
+        path = os.path.join(TREE, "tests", "data", "foreign", "cycles-denoised.exr")
+        frame, noisy, raw = fewray.read(path), fewray.read(path, noisy=True), fewray.read(path, adopt=False)
+        self.assertEqual(frame.albedo.shape, (frame.height, frame.width, 3))
+        self.assertIsNotNone(frame.normal)
+        self.assertFalse(np.array_equal(frame.color, noisy.color))
+        np.testing.assert_array_equal(noisy.color[:, :, 0], raw["ViewLayer.Noisy Image.R"])
+        self.assertNotIn("R", raw)
+
     def test_files_keep_layers(self):
         color = noisy()["color"]
         fewray.write(self.path("a.exr"), {"color": color, "albedo": color}, float32=True)

@@ -194,6 +194,13 @@ FEWRAY_API int fewray_sequence_run(const struct fewray_job *job,
                                    const struct fewray_sequence *sequence,
                                    struct fewray_error *error);
 
+/* --- pictures of other renderers */
+
+/* Gives the layers of a frame that Blender, Mitsuba 3, pbrt-v4, Arnold, RenderMan, V-Ray or Karma
+ * wrote fewray's own names, for each layer that the frame lacks: what `fewray info` tells. noisy:
+ * of a picture that its renderer denoised and kept beside it, the noisy one is the colour. */
+FEWRAY_API void fewray_frame_adopt_names(struct fewray_frame *frame, bool noisy);
+
 /* --- metrics */
 
 /* Of x, the test, against r, the reference (linear RGB; means over pixels and channels; lower is

@@ -123,10 +123,14 @@ class Frame(Mapping[str, Array]):
         return self["depth.Z"] if "depth.Z" in self else None
 
 
-def read(path: Union[str, "os.PathLike[str]"]) -> Frame:
-    """All planes of an EXR file."""
+def read(path: Union[str, "os.PathLike[str]"], *, adopt: bool = True, noisy: bool = False) -> Frame:
+    """All planes of an EXR file. adopt: layers of Blender, Mitsuba 3, pbrt-v4, Arnold, RenderMan, V-Ray and Karma get fewray's
+    names, as `fewray info` tells, so that Frame.color, .albedo, ... find them; noisy: of a picture that its renderer denoised and
+    kept beside it, the noisy one is the colour."""
     pointer = C.c_void_p()
     L.run(lambda error: L.function("fewray_frame_read_exr")(os.fsencode(path), C.byref(pointer), C.byref(error)))
+    if adopt:
+        L.function("fewray_frame_adopt_names")(pointer, C.c_bool(noisy))
     return Frame._of(pointer)
 
 
