@@ -9,6 +9,7 @@
 
 #include "pipeline/bench.h"
 #include "pipeline/origin.h"
+#include "pipeline/stats.h"
 
 static const char *const FILE_NAMES[BENCH_METHODS] = {
     [BENCH_PT] = "path-traced",
@@ -47,15 +48,7 @@ static int write_stats(const struct bench_settings *settings, const struct bench
                                "guide", row->guide, "spp", row->spp, "seed", row->seed, "initial_s",
                                row->initial_s, "guide_s", row->guide_s, "render_s", row->render_s,
                                "denoise_s", row->denoise_s, "cpu", cpu);
-    char *text = object ? json_dumps(object, JSON_INDENT(2) | JSON_REAL_PRECISION(9)) : NULL;
-    json_decref(object);
-    if (!text)
-        return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for the statistics");
-    const size_t length = strlen(text);
-    text[length] = '\n'; /* in place of the terminator: a text file ends with a line */
-    const int status = fewray_write_file(path, text, length + 1, error);
-    free(text);
-    return status;
+    return stats_write_json(object, path, error);
 }
 
 int bench_keep_picture(const struct bench_settings *settings, const struct bench_row *row,

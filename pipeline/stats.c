@@ -140,12 +140,8 @@ static json_t *stats_to_json(const struct fewray_run_stats *stats) {
     return object;
 }
 
-int stats_write(const struct fewray_run_stats *stats, const char *path,
-                struct fewray_error *error) {
-    json_t *object = stats_to_json(stats);
-    if (!object)
-        return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for the statistics");
-    char *text = json_dumps(object, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
+int stats_write_json(json_t *object, const char *path, struct fewray_error *error) {
+    char *text = object ? json_dumps(object, JSON_INDENT(2) | JSON_REAL_PRECISION(9)) : NULL;
     json_decref(object);
     if (!text)
         return fewray_fail(error, FEWRAY_ERROR_MEMORY, path, 0, "no memory for the statistics");
@@ -154,6 +150,11 @@ int stats_write(const struct fewray_run_stats *stats, const char *path,
     const int status = fewray_write_file(path, text, length + 1, error);
     free(text);
     return status;
+}
+
+int stats_write(const struct fewray_run_stats *stats, const char *path,
+                struct fewray_error *error) {
+    return stats_write_json(stats_to_json(stats), path, error);
 }
 
 bool stats_half_warning(const struct fewray_run_stats *stats, char *text, size_t size) {

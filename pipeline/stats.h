@@ -4,10 +4,15 @@
 
 /* The statistics of a run as JSON, and back into one line for people. */
 
+#include <jansson.h>
+
 #include "fewray/pipeline.h"
 
 /* threads, or the number of cores that this process may use where it is 0. */
 int stats_threads(int threads);
+
+/* Writes an object, which it takes over, as a text file; NULL: there was no memory for it. */
+int stats_write_json(json_t *object, const char *path, struct fewray_error *error);
 
 /* Writes the JSON to exactly this file (no temporary). peak_rss_bytes is taken here. */
 int stats_write(const struct fewray_run_stats *stats, const char *path, struct fewray_error *error);

@@ -7,7 +7,12 @@
 DENOISE_PACKAGES="libopenexr-dev libdeflate-dev libpng-dev zlib1g-dev" # all that FEWRAY_RENDERER=OFF needs
 BUILD_PACKAGES="cmake ninja-build gcc g++ libc6-dev pkg-config $DENOISE_PACKAGES libembree-dev libopenimageio-dev
 libopencv-dev libexpat1-dev libjansson-dev libassimp-dev"
-CLANG_PACKAGES="clang-14 libclang-rt-14-dev libomp-14-dev llvm-14" # which has the symbolizer that suppressions go by
+case $(cat /etc/debian_version 2>/dev/null) in # the Clang that is the release's own
+12*) CLANG=14 ;;
+*) CLANG=19 ;;
+esac
+CLANG_PACKAGES="clang-$CLANG libclang-rt-$CLANG-dev libomp-$CLANG-dev llvm-$CLANG" # llvm: the symbolizer of suppressions
+BY_CLANG="-DCMAKE_C_COMPILER=clang-$CLANG -DCMAKE_CXX_COMPILER=clang++-$CLANG" # for presets, which say clang-14
 TEST_PACKAGES="libcmocka-dev openmpi-bin libopenmpi-dev"
 
 install_missing() {

@@ -18,7 +18,9 @@ install_missing $BUILD_PACKAGES $TEST_PACKAGES $CLANG_PACKAGES
 
 [ $# -gt 0 ] || set -- asan tsan
 for preset in "$@"; do
-    cmake --preset "$preset"
+    compiler=""
+    [ "$preset" = tsan ] && compiler=$BY_CLANG
+    cmake --preset "$preset" $compiler
     cmake --build --preset "$preset"
     ctest --preset "$preset"
 done

@@ -10,9 +10,6 @@
 
 #define BELOW 1e-3f /* of the horizon, as a cosine: rounding */
 
-_Static_assert(FEWRAY_LOOK_PDF * 2 * PI_F > 0.999999f && FEWRAY_LOOK_PDF * 2 * PI_F < 1.000001f,
-               "the header says what the maps take for granted");
-
 static int check_sizes(const struct fewray_guide_look *look, struct fewray_error *error) {
     if (look->width < 1 || look->height < 1 || look->samples < 1)
         return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,

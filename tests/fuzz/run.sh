@@ -12,7 +12,7 @@ targets=${*:-$(ls tests/fuzz/seeds)}
 
 . tests/packages.sh
 install_missing $BUILD_PACKAGES $CLANG_PACKAGES
-cmake --preset fuzz >/dev/null
+cmake --preset fuzz $BY_CLANG >/dev/null
 cmake --build build-fuzz
 
 data=build-fuzz/data

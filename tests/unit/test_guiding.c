@@ -149,6 +149,7 @@ static void test_maps_are_those_of_our_own_renderer(void **state) {
     struct fewray_guide *guide = make_guide(h, 0, NULL);
     static struct look_record records[RECORDS];
     struct fewray_look look = {WIDTH, HEIGHT, 1, records, NULL};
+    assert_true(FEWRAY_LOOK_PDF == LOOK_PDF);
     const float weight = FEWRAY_LOOK_PDF * FEWRAY_LOOK_PDF /
                          (FEWRAY_LOOK_PDF * FEWRAY_LOOK_PDF + 0.3f * 0.3f); /* power heuristic */
     for (int i = 0; i < RECORDS; i++) {
