@@ -38,6 +38,7 @@ trap 'rm -r "$scratch"' EXIT
 touch "$scratch/a.exr" "$scratch/b.txt"
 completes "$scratch/a.exr" fewray compare "$scratch/"
 
+grep -q '[*]\.([a-z]*)' "$folder/fewray.zsh" && fail "zsh takes (ENDING) alone for qualifiers of its pattern, not for an ending"
 for shell in zsh fish; do
     if command -v "$shell" >/dev/null; then "$shell" -n "$folder/fewray.$shell" || fail "$shell can't read its completion"; fi
 done

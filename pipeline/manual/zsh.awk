@@ -12,6 +12,8 @@ function glob(kind_of_file) {
         return "_files"
     if (kind_of_file == "folder")
         return "_files -/"
+    if (kind_of_file !~ / /) # in parentheses it would be qualifiers of the pattern
+        return "_files -g \"*." kind_of_file "\""
     gsub(/ /, "|", kind_of_file)
     return "_files -g \"*.(" kind_of_file ")\""
 }
