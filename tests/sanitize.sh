@@ -11,6 +11,7 @@
 # tsan: by Clang. ThreadSanitizer can't see the barriers of gcc's OpenMP library, and takes all that
 #   passes them for races; Clang's tells of them by its tool Archer, so that nothing of OpenMP is
 #   suppressed. Its warnings aren't errors: those of gcc are.
+#   PMIX_MCA_gds=hash, as memory that Open MPI 5 shares at a fixed address lies where TSan's own is.
 set -eu
 cd "$(dirname "$0")/.."
 . tests/packages.sh
