@@ -4,6 +4,7 @@ library and its modules lie in the package, and one wheel serves every Python 3.
 
 import base64
 import hashlib
+import io
 import os
 import re
 import subprocess
@@ -53,8 +54,12 @@ def platform_tag():
     return re.sub(r"[-.]", "_", sysconfig.get_platform())
 
 
+def metadata():
+    return METADATA.encode() + (TREE / "README.md").read_bytes()
+
+
 def metadata_files(tag):
-    return {"METADATA": METADATA.encode() + (TREE / "README.md").read_bytes(),
+    return {"METADATA": metadata(),
             "WHEEL": f"Wheel-Version: 1.0\nGenerator: fewray\nRoot-Is-Purelib: false\nTag: {tag}\n".encode(),
             "LICENSE": (TREE / "LICENSE").read_bytes()}
 
@@ -96,4 +101,7 @@ def build_sdist(sdist_directory, config_settings=None):
     with tarfile.open(Path(sdist_directory) / name, "w:gz", format=tarfile.PAX_FORMAT) as archive:
         for path in filter(None, tracked.decode().split("\0")):
             archive.add(TREE / path, f"{NAME}/{path}")
+        entry = tarfile.TarInfo(f"{NAME}/PKG-INFO")
+        entry.size = len(metadata())
+        archive.addfile(entry, io.BytesIO(metadata()))
     return name

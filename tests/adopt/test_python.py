@@ -4,11 +4,14 @@
 import ctypes
 import gc
 import importlib.util
+import multiprocessing
 import os
+import pathlib
 import resource
 import signal
 import subprocess
 import sys
+import tarfile
 import tempfile
 import threading
 import time
@@ -105,6 +108,8 @@ class Denoise(Scratch):
                 (dict(color=color, out=color), ValueError, "shares memory"),
                 (dict(color=color, out=np.empty((40, 56, 3))), ValueError, "out must be"),
                 (dict(color=color, model="best"), ValueError, "there is no model 'best'"),
+                (dict(color=color, threads=1 << 32), ValueError, "threads can't be 4294967296"),
+                (dict(color=color, weights=pathlib.Path("/nowhere.bin")), fewray.Error, "/nowhere.bin"),
                 (dict(color=color, weights="/nowhere.bin"), fewray.Error, "/nowhere.bin")):
             with self.subTest(text), self.assertRaises(error) as raised:
                 fewray.denoise(**arguments)
@@ -129,6 +134,35 @@ class Denoise(Scratch):
             raise ZeroDivisionError
         with self.assertRaises(ZeroDivisionError):
             fewray.denoise(**layers, progress=fails)
+
+    def test_a_denoiser_goes_on_after_a_failed_progress_function(self):
+        layers, calls = noisy(), []
+
+        def fails_once(phase, share):
+            calls.append(share)
+            if len(calls) == 1:
+                raise ZeroDivisionError
+        denoiser = fewray.Denoiser(progress=fails_once)
+        with self.assertRaises(ZeroDivisionError):
+            denoiser(**layers)
+        np.testing.assert_array_equal(denoiser(**layers), fewray.denoise(**layers))
+        self.assertEqual(calls[-1], 1)
+
+    def test_threads_that_share_a_denoiser_take_turns(self):
+        layers, inside, most = noisy(), [], []
+
+        def tell(phase, share):
+            inside.append(threading.get_ident())
+            most.append(len(set(inside)))
+            time.sleep(0.01)
+            inside.remove(threading.get_ident())
+        denoiser = fewray.Denoiser(progress=tell)
+        threads = [threading.Thread(target=lambda: denoiser(**layers)) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(max(most), 1)
 
     def test_a_loop_leaks_nothing(self):
         layers = noisy(200, 300)
@@ -173,10 +207,33 @@ class Frames(Scratch):
         self.assertIsNone(frame.normal)
         with self.assertRaises(KeyError):
             frame["depth.Z"]
+        for wrong in ({}, {"color": 1}, {"color": color, "depth": color}):
+            with self.assertRaises(ValueError):
+                fewray.write(self.path("wrong.exr"), wrong)
+        with self.assertRaises(ValueError):
+            fewray.write(self.path("wrong.exr\0.txt"), frame)
+        self.assertEqual(os.listdir(self.path("")), ["a.exr"])
         with self.assertRaises(fewray.Error) as raised:
             fewray.read(self.path("none.exr"))
         self.assertEqual(raised.exception.status, -1)
         self.assertIn("none.exr", str(raised.exception))
+
+
+    def test_depth_is_a_layer(self):
+        depth = noisy()["depth"]
+        fewray.write(self.path("a.exr"), {"depth": depth, "confidence": depth}, float32=True)
+        frame = fewray.read(self.path("a.exr"))
+        self.assertEqual(sorted(frame), ["depth.Z", "irradiance.confidence"])
+        np.testing.assert_array_equal(frame.layer("depth"), depth)
+        np.testing.assert_array_equal(frame.layer("confidence"), depth)
+
+
+class Processes(unittest.TestCase):
+    def test_a_forked_child_works(self):
+        color = noisy()["color"]
+        expected = fewray.compare(color, color + 1)  # starts OpenMP's threads
+        with multiprocessing.get_context("fork").Pool(1) as pool:
+            self.assertEqual(pool.apply_async(fewray.compare, (color, color + 1)).get(60).flip, expected.flip)
 
 
 class Compare(Scratch):
@@ -214,20 +271,43 @@ class Render(Scratch):
         self.assertIn("/nowhere.xml", str(raised.exception))
         with self.assertRaises(ValueError):
             fewray.render(SCENE, guide="best")
+        for name, value in (("spp", 0), ("spp", (1 << 32) + 1), ("initial", 0), ("width", -4), ("threads", -1), ("seed", -1),
+                            ("max_depth", -2), ("seconds", -1), ("error", float("nan"))):
+            with self.subTest(name), self.assertRaises(ValueError) as raised:
+                fewray.render(SCENE, **{name: value})
+            self.assertIn(f"{name} can't be {value}", str(raised.exception))
 
-    def test_ctrl_c_ends_it(self):
-        before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have had it ignored
-        self.addCleanup(signal.signal, signal.SIGINT, before)
-        rendering = threading.Event()
 
-        def interrupt():
-            rendering.wait(60)
-            os.kill(os.getpid(), signal.SIGINT)
-        threading.Thread(target=interrupt).start()
-        start = time.monotonic()
-        with self.assertRaises(KeyboardInterrupt):
-            fewray.render(SCENE, spp=1 << 20, guide=False, progress=lambda phase, share: rendering.set())
-        self.assertLess(time.monotonic() - start, 60)  # a million samples a pixel take hours
+class Interrupts(unittest.TestCase):
+    def setUp(self):
+        class Alarm(Exception):
+            pass
+
+        def alarm(*_):
+            raise Alarm
+        self.Alarm = Alarm
+        before = signal.signal(signal.SIGALRM, alarm)
+        self.addCleanup(signal.signal, signal.SIGALRM, before)
+
+    def test_what_any_signal_raises_ends_a_render(self):
+        signal.setitimer(signal.ITIMER_REAL, 1)
+        with self.assertRaises(self.Alarm):
+            fewray.render(SCENE, spp=1 << 20, guide=False)
+
+    def test_work_has_ended_when_the_exception_comes(self):
+        cancel, ended = ctypes.c_int(0), []
+
+        def work(error):
+            while not cancel.value:
+                time.sleep(0.01)
+            signal.setitimer(signal.ITIMER_REAL, 0.2)  # an impatient user's second
+            time.sleep(0.5)  # C goes on to the end of a tile
+            ended.append(True)
+            return _library.CANCELLED
+        signal.setitimer(signal.ITIMER_REAL, 0.2)
+        with self.assertRaises(self.Alarm):
+            _library.run(work, cancel)
+        self.assertEqual(ended, [True])
 
 
 class Guide(Scratch):
@@ -282,6 +362,17 @@ class Guide(Scratch):
                 fewray.Guide(**{**look, **change})
             self.assertIn(text, str(raised.exception))
 
+    def test_missing_points_are_told(self):
+        guide = fewray.Guide(**self.look())
+        pixel, up, u = np.zeros((3, 2), np.int32), np.broadcast_to(np.float32([0, 1, 0]), (3, 3)), np.zeros((3, 2))
+        for function, arguments in ((guide.first_sample, (pixel, up, up, u)), (guide.first_pdf, (pixel, up, up, up)),
+                                    (guide.later_sample, (up, up, u)), (guide.later_pdf, (up, up, up)),
+                                    (guide.irradiance, (pixel, up))):
+            function(*arguments)
+            for missing in range(len(arguments)):
+                with self.subTest(function.__name__, missing=missing), self.assertRaisesRegex(ValueError, "is missing"):
+                    function(*[None if i == missing else a for i, a in enumerate(arguments)])
+
 
 PROGRAM = """
 import fewray
@@ -292,6 +383,21 @@ error: float = metrics.mrse
 frame: fewray.Frame = fewray.render("scene.xml", spp=4)
 total: float = float(frame.color.sum())
 """
+
+
+class Source(Scratch):
+    @unittest.skipUnless(os.path.exists(os.path.join(TREE, ".git")), "not a clone")
+    def test_archive_has_tree_and_metadata(self):
+        spec = importlib.util.spec_from_file_location("backend", os.path.join(TREE, "pipeline", "python", "backend.py"))
+        backend = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(backend)
+        name = f"fewray-{fewray.__version__}"
+        self.assertEqual(backend.build_sdist(self.path("")), name + ".tar.gz")
+        with tarfile.open(self.path(name + ".tar.gz")) as archive:
+            names = archive.getnames()
+            metadata = archive.extractfile(f"{name}/PKG-INFO").read().decode()
+        self.assertIn(f"{name}/pyproject.toml", names)
+        self.assertIn(f"\nName: fewray\nVersion: {fewray.__version__}\n", metadata)
 
 
 class Types(Scratch):

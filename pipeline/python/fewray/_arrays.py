@@ -2,7 +2,7 @@
 """numpy arrays as C sees them."""
 
 import ctypes as C
-from typing import Any, List, Optional, Tuple
+from typing import Any, List, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,12 +13,12 @@ Array = npt.NDArray[np.float32]
 
 
 def as_floats(array: Any, name: str) -> "npt.NDArray[Any]":
-    """The array itself where it is float32 (any strides of whole floats), else a converted copy."""
+    """The array itself where it is float32 (aligned, any strides of whole floats), else a converted copy."""
     given = np.asarray(array)
     if given.dtype.kind not in "fiu":
         raise TypeError(f"{name} holds {given.dtype}, not numbers")
     floats = np.asarray(given, dtype=np.float32)
-    return np.ascontiguousarray(floats) if any(s % 4 for s in floats.strides) else floats
+    return floats if floats.flags.aligned and not any(s % 4 for s in floats.strides) else floats.copy()
 
 
 def channels(array: Any, name: str, size: Tuple[int, int], components: int, keep: List[Any]) -> Any:
@@ -48,11 +48,11 @@ def size_of(array: Any, name: str) -> Tuple[int, int]:
     return shape[0], shape[1]
 
 
-def packed(array: Any, name: str, shape: Tuple[int, ...], keep: List[Any], dtype: Any = np.float32) -> Optional[int]:
+def packed(array: Any, name: str, shape: Tuple[int, ...], keep: List[Any], dtype: Any = np.float32) -> int:
     """The address of an array without gaps, which is a copy only where it has some or is of another type."""
     if array is None:
-        return None
-    values = np.ascontiguousarray(array, dtype=dtype)
+        raise ValueError(f"{name} is missing")
+    values = np.require(array, dtype, ["C", "A"])
     if values.shape != shape:
         raise ValueError(f"{name} has the shape {values.shape}, not {shape}")
     keep.append(values)

@@ -2,7 +2,8 @@
 """The denoiser."""
 
 import ctypes as C
-from typing import Any, Dict, List, Mapping, Optional, Sequence
+import threading
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -15,23 +16,24 @@ _MODELS = ("default", "fast")
 
 
 class Denoiser:
-    """Keeps the network for many pictures; one thread at a time may use it.
+    """Keeps the network for many pictures. Threads that share it take turns.
 
     model: "default" or "fast" (half the time, less exact); weights: another network's file; threads: 0 = all cores that the
     picture has work for; max_memory: bytes for the network's buffers (0: 256 MiB); progress: called with "denoise" and the
     share done, 0..1.
     """
 
-    def __init__(self, model: str = "default", *, weights: Optional[str] = None, threads: int = 0, max_memory: int = 0,
-                 progress: Optional[L.Progress] = None) -> None:
+    def __init__(self, model: str = "default", *, weights: Optional[L.PathLike] = None, threads: int = 0,
+                 max_memory: int = 0, progress: Optional[L.Progress] = None) -> None:
         if model not in _MODELS:
             raise ValueError(f"there is no model {model!r}; {' and '.join(_MODELS)} are there")
+        self._lock = threading.Lock()
         self._cancel = C.c_int(0)
         self._callback = L.Callback(progress, self._cancel, False, "denoise")
         options = S.fewray_denoise_options()
         L.function("fewray_denoise_options_init")(C.byref(options))
-        options.model, options.threads, options.max_memory = _MODELS.index(model), threads, max_memory
-        options.weights_path = weights.encode() if weights else None
+        L.set_integers(options, model=_MODELS.index(model), threads=threads, max_memory=max_memory)
+        options.weights_path = L.optional_path(weights)
         options.progress, options.cancel = self._callback.address, C.addressof(self._cancel)
         self._options = options
         self._denoiser = C.c_void_p()
@@ -59,13 +61,18 @@ class Denoiser:
             raise ValueError(f"out must be a writable float32 array {size + (3,)} without gaps")
         if any(np.may_share_memory(result, array) for array in keep):
             raise ValueError("out shares memory with the input")
-        self._cancel.value = 0
-        try:
-            L.run(lambda error: L.function("fewray_denoiser_run")(
-                self._denoiser, C.byref(given), C.c_void_p(result.ctypes.data), None, C.byref(error)), self._cancel)
-        finally:
-            self._callback.finish()
+        given.memory = keep, result, others  # live as long as `given`, which the work holds on to
+        self._run(lambda error: L.function("fewray_denoiser_run")(
+            self._denoiser, C.byref(given), C.c_void_p(result.ctypes.data), None, C.byref(error)))
         return (result, others) if layers is not None else result
+
+    def _run(self, work: Callable[[Any], int]) -> None:
+        with self._lock:
+            self._cancel.value = 0
+            try:
+                L.run(work, self._cancel)
+            finally:
+                self._callback.finish()
 
     @staticmethod
     def _add_layers(given: Any, layers: Mapping[str, Any], size: "tuple[int, int]", keep: List[Any]) -> Dict[str, Array]:
@@ -87,18 +94,14 @@ class Denoiser:
         """Denoises a frame in place, as `fewray denoise` does: R, G, B by the layers that it has, and the layers of these
         names by the same weights; what they were is kept as noisy.*."""
         names = (C.c_char_p * max(len(layers), 1))(*[name.encode() for name in layers])
-        self._cancel.value = 0
-        try:
-            L.run(lambda error: L.function("fewray_denoise_frame_layers")(
-                self._denoiser, frame._pointer, names, C.c_int(len(layers)), None, C.byref(error)), self._cancel)
-        finally:
-            self._callback.finish()
+        self._run(lambda error: L.function("fewray_denoise_frame_layers")(
+            self._denoiser, frame._pointer, names, C.c_int(len(layers)), None, C.byref(error)))
 
 
 def denoise(color: Any, albedo: Any = None, normal: Any = None, depth: Any = None, variance: Any = None, emission: Any = None,
             shaded_albedo: Any = None, irradiance: Any = None, confidence: Any = None, *,
             layers: Optional[Mapping[str, Any]] = None, out: Optional[Array] = None, model: str = "default",
-            weights: Optional[str] = None, threads: int = 0, progress: Optional[L.Progress] = None) -> Any:
+            weights: Optional[L.PathLike] = None, threads: int = 0, progress: Optional[L.Progress] = None) -> Any:
     """Filters a noisy picture; returns (height, width, 3), or that and a dictionary where layers are given.
 
     color: (height, width, 3), radiance, linear RGB. All else may be missing: albedo (0..1), normal (world space), variance of

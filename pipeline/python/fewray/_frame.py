@@ -2,7 +2,6 @@
 """Pictures of many planes, as EXR files hold them."""
 
 import ctypes as C
-import os
 from typing import Any, Dict, Iterator, Mapping, Optional, Union
 
 import numpy as np
@@ -11,15 +10,12 @@ from . import _library as L
 from . import _structs as S
 from ._arrays import Array, as_floats, view
 
-_LAYERS = {"color": ("R", "G", "B"), "noisy": ("noisy.R", "noisy.G", "noisy.B")}
+_LAYERS = {"color": ("R", "G", "B"), "normal": ("normal.X", "normal.Y", "normal.Z"), "depth": ("depth.Z",),
+           "confidence": ("irradiance.confidence",)}
 
 
 def _channels(layer: str) -> "tuple[str, ...]":
-    if layer in _LAYERS:
-        return _LAYERS[layer]
-    if layer == "normal":
-        return ("normal.X", "normal.Y", "normal.Z")
-    return tuple(f"{layer}.{c}" for c in "RGB")
+    return _LAYERS.get(layer) or tuple(f"{layer}.{c}" for c in "RGB")
 
 
 class Frame(Mapping[str, Array]):
@@ -86,20 +82,22 @@ class Frame(Mapping[str, Array]):
         return self[name]
 
     def layer(self, name: str) -> Optional[Array]:
-        """A copy of a layer, (height, width, 3): "color", "noisy", "albedo", "normal", "variance", "emission", ...; None where
-        the frame lacks it."""
+        """A copy of a layer, (height, width, 3): "color", "noisy", "albedo", "normal", "variance", "emission", ...; "depth" and
+        "confidence" are (height, width); None where the frame lacks it."""
         names = _channels(name)
         if any(n not in self for n in names):
             return None
-        return np.stack([self[n] for n in names], axis=2)
+        return np.stack([self[n] for n in names], axis=2) if len(names) > 1 else self[names[0]].copy()
 
     def set_layer(self, name: str, values: Any) -> None:
-        """Copies (height, width, 3) into a layer, which is added where it is missing."""
-        floats = as_floats(values, name)
-        if floats.shape != (self.height, self.width, 3):
-            raise ValueError(f"{name} has the shape {floats.shape}, not {(self.height, self.width, 3)}")
-        for c, channel in enumerate(_channels(name)):
-            self.add(channel)[:] = floats[:, :, c]
+        """Copies (height, width, 3), of depth and confidence (height, width), into a layer, which is added where it is
+        missing."""
+        floats, names = as_floats(values, name), _channels(name)
+        wanted = (self.height, self.width, 3)[:3 if len(names) > 1 else 2]
+        if floats.shape != wanted:
+            raise ValueError(f"{name} has the shape {floats.shape}, not {wanted}")
+        for c, channel in enumerate(names):
+            self.add(channel)[:] = floats[:, :, c] if len(names) > 1 else floats
 
     @property
     def color(self) -> Array:
@@ -111,10 +109,12 @@ class Frame(Mapping[str, Array]):
 
     @property
     def albedo(self) -> Optional[Array]:
+        """A copy, (height, width, 3), 0..1; None where the frame lacks it."""
         return self.layer("albedo")
 
     @property
     def normal(self) -> Optional[Array]:
+        """A copy, (height, width, 3), world space; None where the frame lacks it."""
         return self.layer("normal")
 
     @property
@@ -123,25 +123,27 @@ class Frame(Mapping[str, Array]):
         return self["depth.Z"] if "depth.Z" in self else None
 
 
-def read(path: Union[str, "os.PathLike[str]"], *, adopt: bool = True, noisy: bool = False) -> Frame:
+def read(path: L.PathLike, *, adopt: bool = True, noisy: bool = False) -> Frame:
     """All planes of an EXR file. adopt: layers of Blender, Mitsuba 3, pbrt-v4, Arnold, RenderMan, V-Ray and Karma get fewray's
     names, as `fewray info` tells, so that Frame.color, .albedo, ... find them; noisy: of a picture that its renderer denoised and
     kept beside it, the noisy one is the colour."""
     pointer = C.c_void_p()
-    L.run(lambda error: L.function("fewray_frame_read_exr")(os.fsencode(path), C.byref(pointer), C.byref(error)))
+    L.run(lambda error: L.function("fewray_frame_read_exr")(L.path_bytes(path), C.byref(pointer), C.byref(error)))
     if adopt:
         L.function("fewray_frame_adopt_names")(pointer, C.c_bool(noisy))
     return Frame._of(pointer)
 
 
-def write(path: Union[str, "os.PathLike[str]"], frame: Union[Frame, Mapping[str, Any]], float32: bool = False) -> None:
-    """Writes an EXR file, whole or not at all: a frame, or layers (height, width, 3) by name, of which "color" is the
-    picture. Half floats, unless float32 is set."""
+def write(path: L.PathLike, frame: Union[Frame, Mapping[str, Any]], float32: bool = False) -> None:
+    """Writes an EXR file, whole or not at all: a frame, or layers by name as Frame.set_layer() takes them, of which "color" is
+    the picture. Half floats, unless float32 is set."""
     if not isinstance(frame, Frame):
-        first = np.shape(next(iter(frame.values())))
+        first = np.shape(next(iter(frame.values()), None))
+        if len(first) < 2:
+            raise ValueError("there is no layer (height, width, 3) to write")
         made = Frame(first[1], first[0])
         for name, values in frame.items():
             made.set_layer(name, values)
         frame = made
     pointer = frame._pointer
-    L.run(lambda error: L.function("fewray_frame_write_exr")(pointer, os.fsencode(path), C.c_bool(float32), C.byref(error)))
+    L.run(lambda error: L.function("fewray_frame_write_exr")(pointer, L.path_bytes(path), C.c_bool(float32), C.byref(error)))

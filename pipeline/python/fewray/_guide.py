@@ -40,7 +40,7 @@ class Guide:
     """
 
     def __init__(self, *, threads: int = 0, bsdf_fraction: float = -1, map_bins: int = 32, share_maps: bool = True,
-                 weights: Optional[str] = None, **look: Any) -> None:
+                 weights: Optional[L.PathLike] = None, **look: Any) -> None:
         unknown = set(look) - set(_VECTORS + _NUMBERS)
         if unknown or "depth" not in look:
             raise TypeError(f"unknown arrays: {', '.join(sorted(unknown))}" if unknown else "the look has no depth")
@@ -51,12 +51,14 @@ class Guide:
         keep: List[Any] = []
         given = S.fewray_guide_look(width=shape[1], height=shape[0], samples=shape[2])
         for name, array in look.items():
-            setattr(given, name, packed(array, name, shape + ((3,) if name in _VECTORS else ()), keep))
+            if array is not None:
+                setattr(given, name, packed(array, name, shape + ((3,) if name in _VECTORS else ()), keep))
         options, stats, cancel = S.fewray_guide_options(), S.fewray_guide_stats(), C.c_int(0)
         L.function("fewray_guide_options_init")(C.byref(options))
-        options.threads, options.bsdf_fraction, options.map_bins = threads, bsdf_fraction, map_bins
-        options.share_maps, options.weights_path = share_maps, weights.encode() if weights else None
-        options.cancel = C.addressof(cancel)
+        L.set_integers(options, threads=threads, map_bins=map_bins)
+        options.bsdf_fraction, options.share_maps = bsdf_fraction, share_maps
+        options.weights_path, options.cancel = L.optional_path(weights), C.addressof(cancel)
+        given.memory = keep, cancel  # live as long as `given`, which the work holds on to
         self._guide = C.c_void_p()
         L.run(lambda error: L.function("fewray_guide_create")(
             C.byref(given), C.byref(options), C.byref(self._guide), C.byref(stats), C.byref(error)), cancel)
@@ -66,26 +68,29 @@ class Guide:
         if getattr(self, "_guide", None):
             L.function("fewray_guide_destroy")(C.byref(self._guide))
 
-    def _points(self, pixel: Any, position: Any, normal: Any, last: bool, keep: List[Any]) -> Any:
-        count = len(normal)
+    def _points(self, keep: List[Any], last: bool, **arrays: Any) -> Any:
+        """struct fewray_guide_points of `normal`, which comes first, and of what else of pixel and position is given."""
+        count = np.shape(arrays["normal"])[0] if np.ndim(arrays["normal"]) else 0
         points = S.fewray_guide_points(count=count, last=last)
-        points.position = packed(position, "position", (count, 3), keep)
-        points.normal = packed(normal, "normal", (count, 3), keep)
-        points.pixel = packed(pixel, "pixel", (count, 2), keep, np.int32)
+        for name, array in arrays.items():
+            pixel = name == "pixel"
+            setattr(points, name, packed(array, name, (count, 2 if pixel else 3), keep, np.int32 if pixel else np.float32))
         return points
 
-    def _sample(self, pixel: Any, position: Any, normal: Any, u: Any, last: bool) -> Tuple[Array, Array, Array]:
+    def _sample(self, u: Any, last: bool, **arrays: Any) -> Tuple[Array, Array, Array]:
         keep: List[Any] = []
-        points, count = self._points(pixel, position, normal, last, keep), len(normal)
+        points = self._points(keep, last, **arrays)
+        count = int(points.count)
         direction, pdf, fraction = np.empty((count, 3), np.float32), np.empty(count, np.float32), np.empty(count, np.float32)
         L.function("fewray_guide_sample_many")(
             self._guide, C.byref(points), C.c_void_p(packed(u, "u", (count, 2), keep)), C.c_void_p(direction.ctypes.data),
             C.c_void_p(pdf.ctypes.data), C.c_void_p(fraction.ctypes.data))
         return direction, pdf, fraction
 
-    def _pdf(self, pixel: Any, position: Any, normal: Any, direction: Any, last: bool) -> Tuple[Array, Array]:
+    def _pdf(self, direction: Any, last: bool, **arrays: Any) -> Tuple[Array, Array]:
         keep: List[Any] = []
-        points, count = self._points(pixel, position, normal, last, keep), len(normal)
+        points = self._points(keep, last, **arrays)
+        count = int(points.count)
         pdf, fraction = np.empty(count, np.float32), np.empty(count, np.float32)
         L.function("fewray_guide_pdf_many")(
             self._guide, C.byref(points), C.c_void_p(packed(direction, "direction", (count, 3), keep)),
@@ -96,19 +101,19 @@ class Guide:
         """Draws a direction at each first vertex. pixel: (N, 2) int32, x and y; position, normal (unit, towards the viewer):
         (N, 3); u: (N, 2) in [0, 1). Returns direction (N, 3), its density in solid angle (N) and the share of directions that
         the BSDF should draw (N); where that is 1 nothing guides and the others are 0."""
-        return self._sample(pixel, position, normal, u, False)
+        return self._sample(u, False, normal=normal, pixel=pixel, position=position)
 
     def first_pdf(self, pixel: Any, position: Any, normal: Any, direction: Any) -> Tuple[Array, Array]:
         """Density (solid angle) of first_sample() for directions (N, 3), and the BSDF's share: (N) each."""
-        return self._pdf(pixel, position, normal, direction, False)
+        return self._pdf(direction, False, normal=normal, pixel=pixel, position=position)
 
     def later_sample(self, position: Any, normal: Any, u: Any, last: bool = False) -> Tuple[Array, Array, Array]:
         """The same at later vertices. last: the bounce from here can only find lights, since the path ends then."""
-        return self._sample(None, position, normal, u, last)
+        return self._sample(u, last, normal=normal, position=position)
 
     def later_pdf(self, position: Any, normal: Any, direction: Any, last: bool = False) -> Tuple[Array, Array]:
         """Density of later_sample()."""
-        return self._pdf(None, position, normal, direction, last)
+        return self._pdf(direction, last, normal=normal, position=position)
 
     def look_weights(self, guided: int) -> Array:
         """Share (height, width) of the look in each pixel's mean beside so many guided samples: share * (mean of the look's) +
@@ -120,7 +125,8 @@ class Guide:
     def irradiance(self, pixel: Any, normal: Any) -> Tuple[Array, Array]:
         """Irradiance / pi (N, 3), nearly free of noise, and the confidence in it (N), 0..1: for fewray.denoise()."""
         keep: List[Any] = []
-        points, count = self._points(pixel, None, normal, False, keep), len(normal)
+        points = self._points(keep, False, normal=normal, pixel=pixel)
+        count = int(points.count)
         irradiance, confidence = np.empty((count, 3), np.float32), np.empty(count, np.float32)
         L.function("fewray_guide_irradiance_many")(
             self._guide, C.byref(points), C.c_void_p(irradiance.ctypes.data), C.c_void_p(confidence.ctypes.data))

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The shared library, its errors, and calls that Ctrl-C ends."""
 
+import _thread
 import ctypes as C
+import operator
 import os
 import threading
 from pathlib import Path
-from typing import Any, Callable, List, Optional
+from typing import Any, Callable, List, Optional, Union
 
 from . import _structs as S
 
@@ -16,7 +18,11 @@ _library.fewray_frame_add.restype = C.c_void_p
 _library.fewray_frame_repair.restype = C.c_size_t
 _library.fewray_error_text.restype = C.c_char_p
 
+# OpenMP's threads don't follow into the child of a fork, which would wait for them for ever: they are ended before.
+os.register_at_fork(before=lambda: _library.omp_pause_resource_all(C.c_int(2)))  # omp_pause_hard
+
 Progress = Callable[[str, float], None]
+PathLike = Union[str, "os.PathLike[str]"]
 
 
 class Error(RuntimeError):
@@ -39,6 +45,27 @@ def function(name: str) -> Any:
     return getattr(_library, name)
 
 
+def path_bytes(path: PathLike) -> bytes:
+    """A file's name as C takes it."""
+    name = os.fsencode(path)
+    if b"\0" in name:
+        raise ValueError(f"a file's name can't have a zero byte: {path!r}")
+    return name
+
+
+def optional_path(path: Optional[PathLike]) -> Optional[bytes]:
+    return path_bytes(path) if path else None
+
+
+def set_integers(struct: Any, **values: Any) -> None:
+    """Sets members of a struct; what they can't hold is an error, where ctypes would cut it."""
+    for name, value in values.items():
+        integer = operator.index(value)
+        setattr(struct, name, integer)
+        if getattr(struct, name) != integer:
+            raise ValueError(f"{name} can't be {integer}")
+
+
 def check(status: int, error: Any) -> None:
     if status == CANCELLED:
         raise KeyboardInterrupt
@@ -49,34 +76,42 @@ def check(status: int, error: Any) -> None:
 
 
 def run(work: Callable[[Any], int], cancel: Optional[C.c_int] = None) -> None:
-    """Calls work(error), a function of the library that may take long, without Python's lock. In the main thread Ctrl-C sets
-    `cancel`, which ends it; it is KeyboardInterrupt then."""
+    """Calls work(error), a function of the library that may take long, without Python's lock. In the main thread Ctrl-C, or
+    whatever else the handler of a signal raises, sets `cancel`, which ends the work, and is raised then. As it may come
+    between any two lines, here and in the caller, work itself must hold on to all memory that C uses."""
     error = S.fewray_error()
     if cancel is None or threading.current_thread() is not threading.main_thread():
         check(work(error), error)
         return
     status: List[int] = []
     failed: List[BaseException] = []
+    done = threading.Lock()
+    done.acquire()
 
     def target() -> None:
         try:
             status.append(work(error))
         except BaseException as exception:  # such as an interrupt in a callback
             failed.append(exception)
+        done.release()
 
-    worker = threading.Thread(target=target, name="fewray")
-    worker.start()
-    interrupted = False
-    while worker.is_alive():
-        try:
-            worker.join(0.1)
-        except KeyboardInterrupt:
-            interrupted = True
-            cancel.value = 1
+    raised: Optional[BaseException] = None
+    try:
+        # Not a threading.Thread: its start() waits, and its join(), interrupted, takes it for ended (Python 3.11).
+        _thread.start_new_thread(target, ())
+        while not (status or failed):
+            try:
+                done.acquire(timeout=0.1)
+            except BaseException as exception:
+                cancel.value = 1
+                raised = raised or exception
+    except BaseException:  # between the lines above
+        cancel.value = 1
+        raise
     if failed:
         raise failed[0]
-    if interrupted:
-        raise KeyboardInterrupt
+    if raised is not None:
+        raise raised
     check(status[0], error)
 
 
@@ -103,5 +138,6 @@ class Callback:
         self.address = C.cast(self.function, C.c_void_p) if progress else None
 
     def finish(self) -> None:
-        if self.failed is not None:
-            raise self.failed
+        failed, self.failed = self.failed, None
+        if failed is not None:
+            raise failed

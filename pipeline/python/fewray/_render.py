@@ -25,11 +25,11 @@ class _Progress:
         self.address = C.cast(self.function, C.c_void_p) if progress else None
 
 
-def render(scene: Union[str, "os.PathLike[str]"], spp: int = 4, *, guide: Union[bool, str] = True, denoise: bool = True,
+def render(scene: L.PathLike, spp: int = 4, *, guide: Union[bool, str] = True, denoise: bool = True,
            width: int = 0, height: int = 0, max_depth: int = 0, seed: int = 0, threads: int = 0, initial: int = 1,
            seconds: float = 0, error: float = 0, max_spp: int = 0, adaptive: bool = False, model: str = "default",
            aovs: bool = False, defines: Optional[Mapping[str, Any]] = None, lenient: bool = False, pilot: bool = True,
-           guide_weights: Optional[str] = None, denoise_weights: Optional[str] = None,
+           guide_weights: Optional[L.PathLike] = None, denoise_weights: Optional[L.PathLike] = None,
            progress: Optional[L.Progress] = None) -> Frame:
     """Renders a scene (Mitsuba 3 XML, glTF, OBJ) as `fewray render` does, whose manual page tells of all these.
 
@@ -44,30 +44,36 @@ def render(scene: Union[str, "os.PathLike[str]"], spp: int = 4, *, guide: Union[
         raise ValueError(f"there is no guide {guide!r}; {', '.join(_GUIDES)} are there")
     if model not in _MODELS:
         raise ValueError(f"there is no model {model!r}; {' and '.join(_MODELS)} are there")
+    for name, value, least in (("spp", spp, 1), ("initial", initial, 1), ("width", width, 0), ("height", height, 0),
+                               ("threads", threads, 0), ("max_depth", max_depth, -1), ("max_spp", max_spp, 0),
+                               ("seconds", seconds, 0), ("error", error, 0)):
+        if not value >= least:  # nor NaN
+            raise ValueError(f"{name} can't be {value}; it is {least} or more")
     job, cancel = S.fewray_job(), C.c_int(0)
     L.function("fewray_job_init")(C.byref(job))
     if chosen == "paper":
         L.function("fewray_render_settings_paper")(C.byref(job.settings))
-    job.scene_path = os.fsencode(scene)
+    job.scene_path = L.path_bytes(scene)
     job.guided, job.denoised, job.ppg, job.pilot = chosen != "off", denoise, chosen == "ppg", pilot and chosen != "paper"
     settings: Any = job.settings
-    settings.spp, settings.initial, settings.seed, settings.threads = spp, min(initial, spp), seed, threads
-    settings.width, settings.height = width, height
+    L.set_integers(settings, spp=spp, initial=min(initial, spp), seed=seed, threads=threads, width=width, height=height)
     if max_depth:
-        settings.max_depth = max_depth
+        L.set_integers(settings, max_depth=max_depth)
     settings.direct = settings.indirect = aovs
-    settings.weights_path = os.fsencode(guide_weights) if guide_weights else None
+    settings.weights_path = L.optional_path(guide_weights)
     settings.cancel = C.addressof(cancel)
     goal: Any = job.goal
-    goal.seconds, goal.error, goal.max_spp = seconds, error, max_spp
+    L.set_integers(goal, max_spp=max_spp)
+    goal.seconds, goal.error = seconds, error
     goal.adaptive, goal.any_model = bool(adaptive or seconds or error), bool(seconds)
     job.denoise.model = _MODELS.index(model)
-    job.denoise.weights_path = os.fsencode(denoise_weights) if denoise_weights else None
+    job.denoise.weights_path = L.optional_path(denoise_weights)
     pairs: List[bytes] = [f"{name}={value}".encode() for name, value in (defines or {}).items()]
     array = (C.c_char_p * max(len(pairs), 1))(*pairs)
     job.scene.defines, job.scene.define_count, job.scene.lenient = C.addressof(array), len(pairs), lenient
     told = _Progress(progress, cancel)
     job.progress = told.address
+    job.memory = array, cancel, told  # live as long as `job`, which the work holds on to
     pointer = C.c_void_p()
     with tempfile.TemporaryDirectory(prefix="fewray-") as folder:
         stats = os.path.join(folder, "stats.json")
