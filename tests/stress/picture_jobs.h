@@ -37,8 +37,9 @@ static inline void picture_fast(struct fewray_job *job) {
 }
 
 /* Width without a multiple of a tile or a block; above 4 samples a pixel maps learn. None of
- * window-room, whose ceiling lies in the upper faces of its walls: which of them is seen is for
- * each version of Embree to choose. */
+ * window-room, where the ceiling lies in the roof's lower face and the sill's top in the wall's:
+ * which of two is hit is for each version of Embree to choose. From Embree 3 to 4 a block changes
+ * by 0.04; by 0.000002 once both stand a millimetre apart. */
 static const struct picture pictures[] = {
     {"plain, glossy", "glossy-still-life.xml", 44, 3, picture_plain},
     {"guided, denoised, learning, parts", "door-ajar.xml", 52, 6, picture_parts},
