@@ -74,6 +74,9 @@ static inline struct vec3 from_axes(const float m[9], struct vec3 v) {
 static inline float max_float(float a, float b) {
     return b > a ? b : a;
 }
+static inline int clamp_int(int i, int low, int high) {
+    return i < low ? low : i > high ? high : i;
+}
 static inline float clamp_unit(float x) {
     return x > 0 ? (x < 1 ? x : 1) : 0;
 }

@@ -5,6 +5,29 @@
 
 #include "pipeline/run.h"
 
+/* Numbers that make no picture. */
+static int check_numbers(const struct fewray_job *job, struct fewray_error *error) {
+    const struct fewray_render_settings *s = &job->settings;
+    const struct {
+        const char *name;
+        double value, least;
+    } numbers[] = {{"spp", s->spp, 1},
+                   {"initial", s->initial, 1},
+                   {"width", s->width, 0},
+                   {"height", s->height, 0},
+                   {"threads", s->threads, 0},
+                   {"max_depth", s->max_depth, -1},
+                   {"the goal's max_spp", job->goal.max_spp, 0},
+                   {"the goal's seconds", job->goal.seconds, 0},
+                   {"the goal's error", job->goal.error, 0}};
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        if (!(numbers[i].value >= numbers[i].least)) /* nor NaN */
+            return fewray_fail(error, FEWRAY_ERROR_ARGUMENT, NULL, 0,
+                               "%s can't be %g; it is %g or more", numbers[i].name,
+                               numbers[i].value, numbers[i].least);
+    return FEWRAY_OK;
+}
+
 /* Samples are counted by 32-bit numbers, the look's directions by 256 for each. */
 static int check_part(const struct fewray_job *job, const struct fewray_render_settings *settings,
                       struct fewray_error *error) {
@@ -69,7 +92,9 @@ int run_check(const struct run *run, struct fewray_error *error) {
         return fewray_fail(error, FEWRAY_ERROR_UNSUPPORTED, run->job->scene_path, 0,
                            "samples are planned for a whole picture in one process; give "
                            "parts, frames and mpirun a number of samples");
-    int status = check_part(run->job, &run->settings, error);
+    int status = check_numbers(run->job, error);
+    if (!status)
+        status = check_part(run->job, &run->settings, error);
     if (!status)
         status = check_checkpoint(run, error);
     if (!status)

@@ -98,10 +98,6 @@ void fewray_guide_destroy(struct fewray_guide **guide) {
     *guide = NULL;
 }
 
-static int clamp_int(int i, int low, int high) {
-    return i < low ? low : i > high ? high : i;
-}
-
 static struct fewray_guide_at at_proposal(const struct proposal *p) {
     struct fewray_guide_at at = {p->bsdf_fraction, p->light_chance, p->maps.count, {0},
                                  {NULL},           p->probe};

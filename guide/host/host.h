@@ -10,8 +10,6 @@
 #include "guide/odis/look.h"
 #include "guide/odis/maps.h"
 
-#define HOST_RADIANCE_MAX 1e15f /* above, a value is a fault: its square would leave a float */
-
 struct fewray_guide {
     struct fewray_maps *maps;
     int threads; /* of the functions on arrays */
@@ -35,7 +33,7 @@ static inline bool host_is_unit(struct vec3 v) {
 }
 
 static inline bool host_is_radiance(struct vec3 v) {
-    return v.x >= 0 && v.y >= 0 && v.z >= 0 && mean_component(v) <= HOST_RADIANCE_MAX;
+    return v.x >= 0 && v.y >= 0 && v.z >= 0 && mean_component(v) <= LOOK_RADIANCE_MAX;
 }
 
 /* Checks the arrays, leaves bad records out and counts them in stats. *out is owned by the caller:

@@ -111,10 +111,6 @@ static void add_records(const struct look_record *r, const struct look_record *e
     }
 }
 
-static int clamp_int(int i, int low, int high) {
-    return i < low ? low : i > high ? high : i;
-}
-
 static void add_blocks(const struct fewray_look *look, int i0, int j0, int i1, int j1,
                        struct vec3 normal, struct sums *sums) {
     int x0 = clamp_int(i0 * BLOCK_SIZE, 0, look->width);

@@ -23,10 +23,6 @@ static void add_record(const struct look_record *r, struct irradiance_sums *sums
     sums->color = add(sums->color, color);
 }
 
-static int clamp_int(int i, int low, int high) {
-    return i < low ? low : i < high ? i : high;
-}
-
 struct irradiance irradiance_gather(const struct fewray_look *look, int x0, int y0, int x1, int y1,
                                     struct vec3 normal) {
     struct irradiance_sums sums = {0};

@@ -13,6 +13,9 @@
 #define LOOK_PDF                                                                                   \
     (0.5f / PI_F) /* solid angle; of the look's first bounces, uniform over the hemisphere */
 
+/* Above, a value is a fault: its square would leave a float. */
+#define LOOK_RADIANCE_MAX 1e15f
+
 struct look_record {
     struct vec3 position; /* first hit, world space */
     struct vec3

@@ -11,8 +11,6 @@
 #define PRIOR_EVENTS  20.0f /* events that the coarse probe's shares count for */
 #define BSDF_FRACTION 0.25f /* where a probe found light */
 #define DARK_RAYS     16 /* shadow rays in vain from which on a probe that saw no light is dark */
-/* Above, a sample is a fault: its square would leave a float's range. */
-#define RADIANCE_MAX 1e15f
 /* Chance of a shadow ray in a dark probe: light that was overlooked weighs twice at most. */
 #define DARK_CHANCE 0.5f
 
@@ -24,7 +22,7 @@ struct level {
 
 /* False where there is nothing to add. */
 static bool add_event(struct level *level, struct vec3 direction, float value) {
-    if (!(value > 0) || !(value < RADIANCE_MAX))
+    if (!(value > 0) || !(value < LOOK_RADIANCE_MAX))
         return false;
     int b = density_bin(direction, PROBE_SIZE);
     level->value[b] += value;
@@ -106,7 +104,7 @@ void probe_build(const struct fewray_look *look, const uint32_t *indices, int co
         const struct look_second *second = &look->seconds[indices[i]];
         double reflected = record->reflected / second->albedo;
         normal = add(normal, record->second_normal);
-        if (fabs(reflected) < (double)RADIANCE_MAX) {
+        if (fabs(reflected) < (double)LOOK_RADIANCE_MAX) {
             mean += reflected;
             moment += reflected * reflected;
         }

@@ -44,11 +44,6 @@ def render(scene: L.PathLike, spp: int = 4, *, guide: Union[bool, str] = True, d
         raise ValueError(f"there is no guide {guide!r}; {', '.join(_GUIDES)} are there")
     if model not in _MODELS:
         raise ValueError(f"there is no model {model!r}; {' and '.join(_MODELS)} are there")
-    for name, value, least in (("spp", spp, 1), ("initial", initial, 1), ("width", width, 0), ("height", height, 0),
-                               ("threads", threads, 0), ("max_depth", max_depth, -1), ("max_spp", max_spp, 0),
-                               ("seconds", seconds, 0), ("error", error, 0)):
-        if not value >= least:  # nor NaN
-            raise ValueError(f"{name} can't be {value}; it is {least} or more")
     job, cancel = S.fewray_job(), C.c_int(0)
     L.function("fewray_job_init")(C.byref(job))
     if chosen == "paper":
@@ -56,7 +51,7 @@ def render(scene: L.PathLike, spp: int = 4, *, guide: Union[bool, str] = True, d
     job.scene_path = L.path_bytes(scene)
     job.guided, job.denoised, job.ppg, job.pilot = chosen != "off", denoise, chosen == "ppg", pilot and chosen != "paper"
     settings: Any = job.settings
-    L.set_integers(settings, spp=spp, initial=min(initial, spp), seed=seed, threads=threads, width=width, height=height)
+    L.set_integers(settings, spp=spp, initial=initial, seed=seed, threads=threads, width=width, height=height)
     if max_depth:
         L.set_integers(settings, max_depth=max_depth)
     settings.direct = settings.indirect = aovs
